@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from io import BytesIO
-from typing import List
+from typing import List, Sequence
 
 import pytest
 import rospy
@@ -163,16 +163,35 @@ def test_what_rviz_has_of_an_earlier_process_is_cleared_until_the_first_cloud() 
     assert greeting() is None
 
 
+def test_a_cloud_of_another_recording_or_of_the_live_cell_is_cleared() -> None:
+    node = SimulatedNode('/kinect/depth_proc', {'/kinect/depth_proc/topic': '/kinect/roi_points',
+                                                '/kinect/depth_proc/frame': '/world'})
+    DepthProcessor(node, 'kinect')
+    node.send('/kinect/roi_points', stamped(node.now()))
+    node.advance(0.5)
+    play(node, 0.5, files=['one.bag'])
+    assert [it.data for it in clouds(node)] == [b'data', b'']
+    node.send('/kinect/roi_points', stamped(node.now()))
+    play(node, 0.5, files=['one.bag'])  # the same player, paused elsewhere
+    assert clouds(node)[-1].data == b'data'
+    play(node, 0.5, files=['another.bag'])  # at once, as on a fast computer
+    assert [it.data for it in clouds(node)] == [b'data', b'', b'data', b'']
+    ages = len(node.sent('points_age'))
+    play(node, 1.0, files=['another.bag'])
+    assert len(node.sent('points_age')) == ages  # there is no cloud
+
+
 def test_without_a_frame_nothing_is_cleared() -> None:
     assert depth_proc().greetings['/kinect/points']() is None
 
 
-def play(node: SimulatedNode, duration_s: float, is_paused: bool = True) -> None:
+def play(node: SimulatedNode, duration_s: float, is_paused: bool = True,
+         files: Sequence[str] = ()) -> None:
     """Let a player say for some time that it plays, or is paused, since now."""
     since = node.now()
     for _ in range(round(10 * duration_s)):
         node.send(PLAYER_STATE_TOPIC, PlayerState(stamp=node.now(), rate=1.0, paused=is_paused,
-                                                  since=since))
+                                                  since=since, files=list(files)))
         node.advance(0.1)
 
 

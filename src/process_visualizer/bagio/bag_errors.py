@@ -2,6 +2,7 @@
 """Errors in bags, worded so that users know where the error is and what to do."""
 from __future__ import annotations
 
+from datetime import datetime
 from typing import NamedTuple, Tuple
 
 
@@ -20,11 +21,17 @@ class Gap(NamedTuple):
     reason: str
 
     def __str__(self) -> str:
-        times = f'{self.begin_ns / 1e9:.3f} s to {self.end_ns / 1e9:.3f} s'
-        times = times if self.end_ns else 'an unknown time'
+        times = 'an unknown time' if not self.end_ns else \
+            f'{_clock(self.begin_ns)} to {_clock(self.end_ns)}'
         topics = ', '.join(self.topics) or 'unknown'
         return (f'{self.file}: at byte {self.offset}: {self.reason}; '
                 f'missing are the topics {topics} from {times}')
+
+
+def _clock(time_ns: int) -> str:
+    """Return the local date and time of a bag time [ns]."""
+    seconds, rest_ns = divmod(time_ns, 1_000_000_000)
+    return f'{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M:%S}.{rest_ns // 1_000_000:03d}'
 
 
 class BagError(Exception):

@@ -116,7 +116,8 @@ class DepthProcessor:
 
     The private parameter ``~topic`` names another input topic. Until the first cloud comes,
     each subscriber gets an empty one in the frame ``~frame``, if that is set: what RViz still shows
-    was sent by an earlier process, perhaps before the change to playback.
+    was sent by an earlier process, perhaps before the change to playback. If another recording is
+    played, an empty cloud clears the last one, which is not of this recording.
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
@@ -147,8 +148,9 @@ class DepthProcessor:
 
     def _nothing_yet(self) -> Optional[SerializedPointCloud2]:
         """Return an empty cloud before the first one."""
-        if self._received or not self._frame:
-            return None
+        return None if self._received or not self._frame else self._empty()
+
+    def _empty(self) -> SerializedPointCloud2:
         # RViz chooses how it colors by the fields of the first cloud, and does not choose again.
         names = 'x', 'y', 'z', 'rgb', 'intensity'
         fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
@@ -181,6 +183,10 @@ class DepthProcessor:
         return rospy.Time(*divmod(stamp_ns, 10 ** 9))
 
     def _publish_age(self) -> None:
+        if self._last_s is not None and self._frame \
+                and self._playback.is_from_before(self._last_s):
+            self._last_s = None
+            self._publisher.publish(self._empty())
         if self._last_s is not None:
             self._age.publish(self._playback.age_s(self._last_s))
 

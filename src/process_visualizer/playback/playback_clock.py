@@ -7,6 +7,8 @@ from typing import NamedTuple, Optional, Tuple
 SILENT_AFTER_S = 1.0  # without a state from the player, which sends ten per second
 _MEMORY = 64  # states: some seconds
 _MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
+_PAUSED_SPEED = 1e-5
+"""Speed of the data clock while playback is paused: 0.4 s in ten hours."""
 
 
 class ClockState(NamedTuple):
@@ -18,6 +20,7 @@ class ClockState(NamedTuple):
     paused: bool
     segment: int  # grows when the position jumps
     since_s: float = 0.0  # wall time since which the state holds; 0: since the stamp
+    recording: str = ''  # its files
 
     def is_usable(self) -> bool:
         """Return whether a player can be at this position, and play at this rate."""
@@ -69,8 +72,9 @@ class PlaybackClock:
         if not state.is_usable():
             return
         last = self.state
-        is_other = last is None or state.begin_s() > last.stamp_s and \
-            state.stamp_s - last.stamp_s >= SILENT_AFTER_S
+        is_other = last is None or state.begin_s() > last.stamp_s and (
+            state.recording != last.recording
+            or state.stamp_s - last.stamp_s >= SILENT_AFTER_S)
         if is_other:
             self._begin = state.begin_s(), self.data_time_s(state.begin_s())
         if last is not None and state.stamp_s < last.stamp_s:
@@ -78,7 +82,7 @@ class PlaybackClock:
         self._states = (*self._states[-(_MEMORY - 1):], state)
         # Slow playback must not make data look old.
         self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s),
-                           min(abs(state.speed()), 1.0))
+                           min(max(abs(state.speed()), _PAUSED_SPEED), 1.0))
 
     @property
     def state(self) -> Optional[ClockState]:
@@ -117,15 +121,20 @@ class PlaybackClock:
         paused, too.
         """
         begin_s, data_s = self._begin
-        if arrival_s < data_s:
+        if self.is_from_before(arrival_s):
             return max(wall_s - begin_s, 0.0) + data_s - arrival_s
         return max(self.data_time_s(wall_s) - arrival_s, 0.0)
+
+    def is_from_before(self, arrival_s: float) -> bool:
+        """Return whether data is from before the present player, by its arrival; see ``age_s``."""
+        return bool(self._states) and arrival_s < self._begin[1]
 
     def data_time_s(self, wall_s: float) -> float:
         """Return the data clock [s], which times the arrival of data; see ``age_s``.
 
-        This clock stops while playback is paused, and is slow while playback is slow. Without a
-        player, or when the player is lost, it runs like the wall clock.
+        This clock nearly stops while playback is paused (it only keeps the order of arrivals), and
+        is slow while playback is slow. Without a player, or when the player is lost, it runs like
+        the wall clock.
         """
         basis_s, data_s, speed = self._age_basis
         elapsed_s = max(wall_s - basis_s, 0.0)

@@ -154,11 +154,11 @@ class Timeline:
     """
 
     def __init__(self, begin_ns: int, end_ns: int, clock: Optional[Clock] = None,
-                 head_start_ns: int = 0) -> None:
+                 head_start_ns: int = 0, segment: int = 0) -> None:
         """Begin paused at the beginning of a recording, given its bounds [bag ns].
 
         Play begins a head start [ns] after the command, so that the first messages can be
-        prepared by the time they are due.
+        prepared by the time they are due. ``segment`` is the number of the first segment.
 
         Raises:
             ValueError: the recording ends before it begins.
@@ -169,7 +169,7 @@ class Timeline:
         self._head_start_ns = head_start_ns
         self._changed = threading.Condition()
         now_ns = self._clock.monotonic_ns()
-        self._state = TimelineState(begin_ns, now_ns, begin_ns, end_ns)
+        self._state = TimelineState(begin_ns, now_ns, begin_ns, end_ns, segment=segment)
         self._achieved = AchievedRate(now_ns)
 
     @property

@@ -491,7 +491,9 @@ def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Tim
     end_ns = recording.end_ns
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
-    return Timeline(recording.begin_ns, end_ns, clock, HEAD_START_NS)
+    # no two players have the same segments: receivers know by them that the position has jumped
+    segment = clock.monotonic_ns() // 1_000_000 % (1 << 31)
+    return Timeline(recording.begin_ns, end_ns, clock, HEAD_START_NS, segment)
 
 
 def _uneven_parts(timeline: Timeline, settings: PlayerSettings) -> UnevenParts:

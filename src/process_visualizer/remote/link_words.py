@@ -147,7 +147,8 @@ def is_here(host: str) -> bool:
 
 
 CLOCKS_APART_S = 0.5
-_DROPPED = (errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH, errno.EHOSTDOWN)
+_DROPPED = (errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.EHOSTDOWN)
+_NO_ROUTE = (errno.ENETUNREACH, errno.ENETDOWN)
 
 
 def unknown_name(host: str) -> str:
@@ -159,6 +160,9 @@ def unknown_name(host: str) -> str:
 
 def unreachable(address: Address, error: OSError, what: str) -> str:
     """Return why there is no connection to a port, and the remedy; ``what`` should answer there."""
+    if error.errno in _NO_ROUTE:
+        return (f'this computer has no way to {address.host}: its own network is down, or leads '
+                'elsewhere ("ip address" and "ip route" show it)')
     if isinstance(error, socket.timeout) or error.errno in _DROPPED:
         return (f'{address} does not answer: the computer is off or in another network ("ping '
                 f'{address.host}"), or a firewall drops the connection; on the cell\'s computer, '

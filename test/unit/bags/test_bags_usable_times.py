@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from datetime import datetime
 from pathlib import Path
 from typing import List, Sequence
 
@@ -11,6 +12,7 @@ from bag_files import Row, content, in_time, some_rows, write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from process_visualizer.bagio.bag_errors import Gap
 from process_visualizer.bagio.bag_file import packed_time
 from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.recording import Recording
@@ -142,6 +144,14 @@ def test_a_gap_at_an_odd_time_is_at_an_unknown_one(tmp_path: Path) -> None:
         gap, = recording.gaps
         assert (gap.begin_ns, gap.end_ns) == (0, 0)
         assert 'an unknown time' in str(gap)
+
+
+def test_the_time_of_a_gap_is_that_of_the_clock() -> None:
+    begin = datetime(2026, 11, 29, 14, 3, 5)
+    begin_ns = round(begin.timestamp()) * S + 123_000_000
+    gap = Gap('a.bag', 7, begin_ns, begin_ns + S, ('/q',), 'it is damaged')
+    assert str(gap) == ('a.bag: at byte 7: it is damaged; missing are the topics /q from '
+                        '2026-11-29 14:03:05.123 to 2026-11-29 14:03:06.123')
 
 
 def test_each_file_is_taken_by_itself(tmp_path: Path) -> None:

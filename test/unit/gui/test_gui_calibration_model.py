@@ -73,6 +73,14 @@ def test_only_what_has_a_base_frame_is_there(model):
     assert model.device == 'a'
 
 
+def test_the_chosen_device_is_the_same_after_another_configuration(model):
+    model.choose('b')
+    model.set_devices([device('other')])
+    assert model.device == 'other'
+    model.set_devices([device('a'), device('b')])
+    assert model.device == 'b'
+
+
 def test_a_number_moves_the_frame_and_leaves_the_others_exact(model, frames, qtbot):
     model.set_value(4, 0.25)
     qtbot.waitUntil(lambda: len(frames.moves) == 1)

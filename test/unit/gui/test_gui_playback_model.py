@@ -344,6 +344,15 @@ class TestLoop:
         stand.state(loop=None, files=('/bags/b.bag',))
         assert stand.model.state.points == LoopPoints()
 
+    def test_a_recording_that_is_opened_again_has_its_points(self, stand: PlaybackStand) -> None:
+        stand.state(loop=(2.0, 5.0))
+        first = stand.model.state.snapshot.files
+        stand.model.take_state(None)
+        stand.state(loop=None, files=('/bags/b.bag',))
+        stand.model.take_state(None)
+        stand.state(loop=None, files=first)
+        assert stand.model.state.points == LoopPoints(2.0, 5.0) and not stand.model.is_looping
+
     def test_clearing_forgets_both(self, stand: PlaybackStand) -> None:
         stand.state(loop=(2.0, 5.0))
         stand.model.clear_loop()

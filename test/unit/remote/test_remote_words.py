@@ -82,6 +82,8 @@ def test_each_obstacle_has_its_own_sentence() -> None:
     assert 'is not known' in unknown_name('cell')
     assert 'firewall' in unreachable(here, socket.timeout('timed out'), 'x')
     assert 'closed' in unreachable(here, REFUSED, 'x')
+    without_network = unreachable(here, OSError(errno.ENETUNREACH, 'no route'), 'x')
+    assert 'its own network is down' in without_network and 'firewall' not in without_network
     assert '--remote' in relay_silent('cell', '127.0.0.1:11411', REFUSED)
     assert 'ssh -N -L 11411:localhost:11411 cell' in relay_silent('cell', '127.0.0.1:11411',
                                                                   REFUSED)

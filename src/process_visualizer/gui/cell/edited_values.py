@@ -59,7 +59,7 @@ class EditedValues(QObject, Generic[Value]):
         self._edited: Dict[str, Value] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Value]]'] = {}
         self._refused: Set[str] = set()  # devices whose nodes have not taken the newest value
-        self.device = ''
+        self.device = self._wanted = ''
         self._is_running = self.is_saving = self.has_marker = False
 
     # Definition of a value
@@ -148,7 +148,8 @@ class EditedValues(QObject, Generic[Value]):
     # Commands
 
     def choose(self, device: str) -> None:
-        """Choose the device whose value is shown."""
+        """Choose the device whose value is shown, also after other configurations were open."""
+        self._wanted = device if device in self._in_file else self._wanted
         if device in self._in_file and device != self.device:
             had_marker = self.has_marker
             self.show_marker(False)
@@ -212,9 +213,11 @@ class EditedValues(QObject, Generic[Value]):
         self._edited = {name: self._with_numbers(values[name], self._numbers(it))
                         for name, it in self._edited.items() if name in values}
         self._forget_equal()
-        if self.device not in values:
+        device = next((it for it in (self._wanted, self.device) if it in values),
+                      next(iter(values), ''))
+        if device != self.device:
             self.show_marker(False)
-            self.device = next(iter(values), '')
+            self.device = device
         self.changed.emit()
 
     def _take_dragged(self, value: Value) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import bisect
-from typing import Iterable, NamedTuple, Optional, Tuple
+from types import MappingProxyType
+from typing import Iterable, Mapping, NamedTuple, Optional, Tuple
 
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S
@@ -126,8 +127,9 @@ class PlaybackState(NamedTuple):
     """The player's last state, None without a player, and the operator's choices.
 
     ``sought`` is the target of a seek that no state of the player includes yet. ``points`` stay
-    while the loop is off. ``resumes`` says whether playback continues after dragging. ``files`` are
-    the files of the last player. ``is_silent`` says that the player no longer reports.
+    while the loop is off, and ``points_of_others`` are those of other recordings, by their files.
+    ``resumes`` says whether playback continues after dragging. ``files`` are the files of the last
+    player. ``is_silent`` says that the player no longer reports.
     """
 
     snapshot: Optional[PlayerSnapshot] = None
@@ -138,6 +140,7 @@ class PlaybackState(NamedTuple):
     marks: Marks = Marks()
     files: Tuple[str, ...] = ()
     is_silent: bool = False
+    points_of_others: Mapping[Tuple[str, ...], LoopPoints] = MappingProxyType({})
 
     @property
     def is_available(self) -> bool:
@@ -189,7 +192,8 @@ class PlaybackState(NamedTuple):
     def updated(self, snapshot: Optional[PlayerSnapshot], asks_for_loop: bool) -> PlaybackState:
         """Return the state with the newest state of the player.
 
-        Another recording has no points; points of the same recording stay while there is no player.
+        Another recording has the points that it had before; those of the same recording stay while
+        there is no player.
         A loop set by another client is adopted, unless a loop is being requested here.
         """
         files = self.files if self.snapshot is None else self.snapshot.files
@@ -197,7 +201,9 @@ class PlaybackState(NamedTuple):
         if _files(self.snapshot) != _files(snapshot):
             before = PlaybackState()
         if snapshot is not None and snapshot.files != files:
-            state = state._replace(points=LoopPoints())
+            state = state._replace(
+                points=self.points_of_others.get(snapshot.files, LoopPoints()),
+                points_of_others={**self.points_of_others, files: self.points})
         return state if asks_for_loop or state.loop == before.loop else state.with_players_loop()
 
     def sought_at(self, position_s: float) -> SeekTarget:

@@ -36,7 +36,7 @@ from process_visualizer.gui.lanes.timeline_header import (
 from process_visualizer.gui.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.playback.minimap import BAR_HEIGHT, MapContent, TimelineZoom
 from process_visualizer.gui.playback.playback_model import PlaybackModel
-from process_visualizer.gui.playback.playback_state import PlacedMark
+from process_visualizer.gui.playback.playback_state import LoopPoints, PlacedMark
 from process_visualizer.gui.toolkit.labels import plain_tip
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
@@ -53,7 +53,8 @@ def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, 
     menu.addSeparator()
     menu.addAction('Loop from here (A)', lambda: playback.set_loop_begin(time_s))
     menu.addAction('Loop to here (B)', lambda: playback.set_loop_end(time_s))
-    menu.addAction('Remove A and B', playback.clear_loop)
+    remove = menu.addAction('Remove A and B', playback.clear_loop)
+    remove.setEnabled(playback.state.points != LoopPoints() or playback.is_looping)
     menu.addSeparator()
     menu.addAction('Add a mark here…', add_mark)
     menu.addSeparator()

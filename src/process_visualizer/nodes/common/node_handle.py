@@ -395,6 +395,14 @@ class PlaybackFollower:
         """Return the present age [s] of data that arrived at a time of that clock."""
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
+    def is_from_before(self, arrival_s: float) -> bool:
+        """Return whether data that arrived at a time of that clock is of no present player.
+
+        It is of another recording, or of a live cell.
+        """
+        return self.clock.is_from_before(arrival_s) and \
+            self.clock.follows_player(self._node.ros_s())
+
     def has_begun(self, topic: str) -> bool:
         """Return whether a topic (full name) has a message up to the position, or none is played.
 
@@ -405,7 +413,8 @@ class PlaybackFollower:
     def _receive(self, state: PlayerState) -> None:
         self._not_begun = frozenset(state.not_begun)
         reported = ClockState(state.stamp.to_sec(), state.position, state.rate,
-                              state.paused, state.segment, state.since.to_sec())
+                              state.paused, state.segment, state.since.to_sec(),
+                              '\n'.join(state.files))
         if not reported.is_usable() and not self._has_complained:
             self._has_complained = True
             self._node.warn(f'a state on {PLAYER_STATE_TOPIC} is left out: position '

@@ -51,6 +51,10 @@ def robot_models(cell: Cell) -> Models:
 
 # The robots of the reference, in step with the runs of a recording that were compared with it.
 
+_HELD_S = 0.1
+"""Time without joints at the beginning and end of a run in which the nearest ones hold [s]."""
+_ENDED_S = 0.001
+"""Time after the end of a run at which its ghost is gone [s]: a player may stand at the end."""
 _MAX_TRACK_ROWS = 60_000
 """Maximum rows of a robot: eight minutes at 125 Hz; more are thinned to every second, third, …"""
 
@@ -149,7 +153,8 @@ def _part(robot: _Robot, reference_s: np.ndarray, comparison: Comparison
           ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
 
-    The last row ends the run.
+    The last row ends the run. A run that was cut at the beginning or end of its recording begins
+    before its first joints, and ends after its last ones: they hold there.
     """
     run = comparison.run
     run_s = comparison.alignment.time_map.to_run(reference_s)
@@ -158,8 +163,12 @@ def _part(robot: _Robot, reference_s: np.ndarray, comparison: Comparison
     there = robot.positions(reference_s)
     here = np.stack([_at(run.by_key.get(channel.key), run_s) for channel in robot.channels], axis=1)
     gap = np.full((1, len(robot.channels)), np.nan)
-    end_s = np.append(run_s, run_s[-1] if len(run_s) else 0.0)
-    return run.begin_s + end_s, np.concatenate((there, gap)), np.concatenate((here, gap))
+    if not len(run_s):
+        return np.array([run.begin_s]), gap, gap
+    begin_s = 0.0 if run_s[0] <= _HELD_S else run_s[0]
+    end_s = run.duration_s if run.duration_s - run_s[-1] <= _HELD_S else run_s[-1]
+    return (run.begin_s + np.concatenate(([begin_s], run_s, [end_s, end_s + _ENDED_S])),
+            *(np.concatenate((it[:1], it, it[-1:], gap)) for it in (there, here)))
 
 
 def _at(channel: Optional[Channel], times_s: np.ndarray) -> np.ndarray:
