@@ -2,6 +2,7 @@
 """The sewing machine in RViz: its model, the feed rate, and the edges of the covers."""
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 from functools import partial
@@ -32,6 +33,8 @@ from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import ParameterError, Parameters
 from process_visualizer.robot.arrows import offset_words
 
+FEED_TOPIC = '/feed_rate_est'
+EDGE_TOPICS = {'upper': '/edge_finder_upper', 'lower': '/edge_finder_lower'}
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 LOG_PERIOD_S = 5.0
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
@@ -133,15 +136,15 @@ class SewingTransformer:
         self._edges: Dict[str, SensorReading] = {}
         self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1, latch=True)
         self._publish()
-        node.subscribe('/feed_rate_est', Float32, self._on_feed)
-        node.subscribe('/edge_finder_upper', UInt16, partial(self._on_edge, 'upper'))
-        node.subscribe('/edge_finder_lower', UInt16, partial(self._on_edge, 'lower'))
+        node.subscribe(FEED_TOPIC, Float32, self._on_feed)
+        for which, topic in EDGE_TOPICS.items():
+            node.subscribe(topic, UInt16, partial(self._on_edge, which))
         node.every(1.0 / parameters.marker_rate_hz, self._on_timer)
 
     def _on_feed(self, message: Float32) -> None:
         if not np.isfinite(message.data):
             if self._log.is_due(self._node.monotonic_s()):
-                self._node.warn('sewing_machine: /feed_rate_est is NaN or infinite; the last good '
+                self._node.warn(f'sewing_machine: {FEED_TOPIC} is NaN or infinite; the last good '
                                 'value stays')
             return
         self._feed = SensorReading(message.data, self._playback.data_time_s())
@@ -154,28 +157,29 @@ class SewingTransformer:
             self._publish()
 
     def _publish(self) -> None:
-        self._publisher.publish(MarkerArray(self._build_markers(self._playback.data_time_s())))
+        self._publisher.publish(MarkerArray(self._build_markers()))
 
-    def _build_markers(self, now_s: float) -> List[Marker]:
+    def _build_markers(self) -> List[Marker]:
         """Return the machine and the arrows, and the numbers when they are due."""
-        shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
-                 self._edge_display('lower', 2, now_s)]
+        shown = [self._feed_display(), self._edge_display('upper', 1),
+                 self._edge_display('lower', 2)]
         markers = self._board.markers([value for value in shown if value], self._node.ros_s())
         if self._parameters.mesh:
             markers.append(mesh_marker('machine', self._parameters.base_frame,
                                        self._parameters.mesh))
         return markers
 
-    def _feed_display(self, now_s: float) -> Optional[ShownValue]:
+    def _feed_display(self) -> Optional[ShownValue]:
         if self._feed is None:
             return None
         style = self._parameters.feed_arrow
         sample = VectorSample(FEED_DIRECTION * self._feed.value, self._parameters.needle_frame,
                               self._feed.time_s, self.FEED_FOOT)
-        text = value_text(style, self._feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._shown('feed_rate', style, sample, text, 0, now_s)
+        age_s = self._age_s(FEED_TOPIC, sample)
+        text = value_text(style, self._feed.value, age_s, self.STALE_AFTER_S)
+        return self._shown('feed_rate', style, sample, text, 0, age_s)
 
-    def _edge_display(self, which: str, line: int, now_s: float) -> Optional[ShownValue]:
+    def _edge_display(self, which: str, line: int) -> Optional[ShownValue]:
         upper = which == 'upper'
         edge = self._edges.get(which)
         if edge is None:
@@ -184,15 +188,21 @@ class SewingTransformer:
         setpoint = self._setpoints[which].value()
         sample = VectorSample(edge_vector(edge.value, setpoint), self._parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
-        text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._shown(f'edge_{which}', style, sample, text, line, now_s)
+        age_s = self._age_s(EDGE_TOPICS[which], sample)
+        text = edge_text(style, edge.value, setpoint, age_s, self.STALE_AFTER_S)
+        return self._shown(f'edge_{which}', style, sample, text, line, age_s)
+
+    def _age_s(self, topic: str, sample: VectorSample) -> float:
+        """Return the age of a value; infinite at a position before the topic's first message."""
+        has_begun = self._playback.has_begun(self._node.resolve(topic))
+        return self._playback.age_s(sample.time_s) if has_begun else math.inf
 
     def _shown(self, namespace: str, style: ArrowStyle, sample: VectorSample, text: str,
-               line: int, now_s: float) -> ShownValue:
+               line: int, age_s: float) -> ShownValue:
         """Return an arrow, with its text on one of the machine's three lines."""
         place = ValuePlace(self._parameters.needle_frame, self._parameters.text_position, line, 3)
         return ShownValue(namespace, sample, style.length_m(sample.vector), style.diameter_m,
-                          style.color, text, place, sample.age_s(now_s) > self.STALE_AFTER_S)
+                          style.color, text, place, age_s > self.STALE_AFTER_S)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Sequence, Tuple
 
 import numpy as np
 import pytest
@@ -11,8 +11,10 @@ from simulated_node import SimulatedNode
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker
 
+from process_visualizer.msg import PlayerState
 from process_visualizer.parameters.reading import ParameterError, Parameters
 from process_visualizer.robot.rotations import matrix_from_ypr
+from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 from sewing_cell.sewing_machine import (
     FEED_DIRECTION,
     UPPER_ARROW,
@@ -61,6 +63,7 @@ class Machine:
                                   {'/sewing_machine/setpoint_upper': 300})
         SewingTransformer(self.node, SewingParameters.read(Parameters(parameters, '/s')))
         self._markers: Dict[Tuple[str, int], Marker] = {}
+        self.recording, self.since = '', self.node.now()
 
     def send(self, feed: float = 0.0625) -> None:
         """Publish one value of each sensor."""
@@ -68,6 +71,16 @@ class Machine:
                                ('/edge_finder_lower', UInt16(225)),
                                ('/feed_rate_est', Float32(feed))):
             self.node.send(topic, message)
+
+    def play(self, recording: str, duration_s: float, not_begun: Sequence[str] = ()) -> None:
+        """Let a player stand in a recording for some time; another recording is a new player."""
+        self.since = self.since if recording == self.recording else self.node.now()
+        self.recording = recording
+        for _ in range(round(10 * duration_s)):
+            self.node.send(PLAYER_STATE_TOPIC, PlayerState(
+                stamp=self.node.now(), rate=1.0, paused=True, since=self.since,
+                files=[recording], not_begun=list(not_begun)))
+            self.node.advance(0.1)
 
     def markers(self, wait_s: float = 0.15) -> Dict[Tuple[str, int], Marker]:
         """Let time pass, and draw."""
@@ -115,6 +128,23 @@ def test_sensors_that_stopped_are_shown():
     assert machine.text('feed_rate', 0.95) == 'feed 0.062 m/s'
     assert machine.text('feed_rate', 1.05) in ('feed no data for 1.9 s', 'feed no data for 2.0 s')
     assert machine.text('edge_upper').startswith('upper edge no data for 2.')
+
+
+def test_what_is_not_of_the_recording_grows_old_and_what_has_not_begun_has_no_value():
+    machine = Machine()
+    machine.play('one.bag', 0.5)
+    machine.send()
+    machine.play('one.bag', 3.0)  # paused there
+    assert machine.text('feed_rate') == 'feed 0.062 m/s'
+    machine.play('another.bag', 3.0)
+    assert machine.text('feed_rate').startswith('feed no data for 3.')
+    machine.play('another.bag', 2.0)
+    assert machine.text('feed_rate').startswith('feed no data for 5.')
+    machine.send()
+    assert machine.text('feed_rate') == 'feed 0.062 m/s'
+    machine.play('another.bag', 0.5, not_begun=['/feed_rate_est'])
+    assert machine.text('feed_rate') == 'feed no data'
+    assert machine.text('edge_upper') == 'upper edge 310, 10 above 300'
 
 
 def test_no_mesh_where_none_is_wanted():

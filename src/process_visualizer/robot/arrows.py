@@ -39,8 +39,8 @@ def format_value(label: str, value: float, unit: str, decimals: int) -> str:
 
 
 def format_age(label: str, age_s: float) -> str:
-    """Return, for instance, 'v no data for 3.2 s'."""
-    return f'{label} no data for {age_s:.1f} s'.lstrip()
+    """Return, for instance, 'v no data for 3.2 s'; 'v no data' for an infinite age."""
+    return f'{label} no data{f" for {age_s:.1f} s" if math.isfinite(age_s) else ""}'.lstrip()
 
 
 def line_of_block(text: str, line: int, line_count: int) -> str:
