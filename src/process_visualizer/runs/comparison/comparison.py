@@ -2,6 +2,7 @@
 """Comparison of a run with good ones."""
 from __future__ import annotations
 
+import math
 from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -106,6 +107,16 @@ class Comparison(NamedTuple):
     def has_gaps(self) -> bool:
         """Return whether the run lacks data somewhere where good runs have data."""
         return any(it.why is not Missing.SELDOM for it in self.unjudged)
+
+    @property
+    def unjudged_s(self) -> float:
+        """Return for how long anything was not judged, for lack of data that good runs have [s]."""
+        total_s, until_s = 0.0, -math.inf
+        for it in sorted(self.unjudged, key=lambda it: it.begin_s):
+            if it.why is not Missing.SELDOM:
+                total_s += max(it.end_s - max(it.begin_s, until_s), 0.0)
+                until_s = max(until_s, it.end_s)
+        return total_s
 
     @property
     def nearest(self) -> Optional[Nearness]:

@@ -176,7 +176,8 @@ def verdict(comparison: Comparison) -> str:
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
     if not found:
-        return 'in range, no data in places' if comparison.has_gaps else 'in range'
+        return 'in range' if not comparison.has_gaps else \
+            f'in range, no data in places ({max(comparison.unjudged_s, 0.1):.1f} s not judged)'
     first = found[0]
     since = _between(comparison, first) if _is_between(first) \
         else f'at {moment(comparison, first.onset_s)}'
