@@ -10,8 +10,9 @@ import yaml
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.processor_nodes import WATCH_TOPIC
 from process_visualizer.ros_names import GHOST_TOPIC, OWN_TOPICS, PLAYER_STATE_TOPIC
+from process_visualizer.rviz.camera import camera_pose, grid_below
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
-from process_visualizer.rviz.views import camera_pose, grid_below, merged_view, read_view
+from process_visualizer.rviz.views import merged_view, read_view
 from process_visualizer.rviz.window_geometry import Rectangle, scene_aspect, window_geometry
 
 _STATUS_DISPLAY: DisplayConfig = {

@@ -20,7 +20,7 @@ from process_visualizer.ros_names import SCENE_WATCH
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
 """Maximum time of an answer on an idle computer. On a busy one all are late: see `AnswerLimit`."""
-STARTS_WITHIN_S = 5.0
+_FIRST_ANSWER_WITHIN_S = 5.0
 """Time to start for a node that is expected, but has not answered yet."""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
@@ -150,7 +150,7 @@ class NodePulse:
         if now_s < self.next_s():
             return
         if self._late_from_s is None:
-            self._late_from_s = now_s + STARTS_WITHIN_S
+            self._late_from_s = now_s + _FIRST_ANSWER_WITHIN_S
         self._is_late = now_s >= self._late_from_s
         if self._connection is not None and not self._is_overdue:
             self._is_overdue, self._deadline_s = True, now_s + AnswerLimit.MAX_S - answer_within_s

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.rviz.views import FIELD_OF_VIEW_RAD, camera_axes, camera_pose, grid_below
+from process_visualizer.rviz.camera import FIELD_OF_VIEW_RAD, camera_axes, camera_pose, grid_below
 from process_visualizer.rviz.window_geometry import scene_aspect
 
 VIEW = {'Pitch': 0.4, 'Yaw': 2.28}
