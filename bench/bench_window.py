@@ -10,10 +10,10 @@ from typing import Callable, List
 from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QAbstractButton
 
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import make_application
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 
 CELL = str(Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml')

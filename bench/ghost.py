@@ -26,8 +26,9 @@ from process_visualizer.nodes.ghost.ghost_display import RATE_HZ, ghost_arrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.robot.description import describe_device
 from process_visualizer.robot.kinematics import Kinematics, Placement
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS = 100

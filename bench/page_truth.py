@@ -47,8 +47,8 @@ from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.robot.arrows import format_value, variable_text
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
-from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 PATIENCE_S, SETTLING_S, START_S = 8.0, 1.0, 30.0

@@ -16,7 +16,7 @@ import numpy as np
 
 from process_visualizer.runs.alignment.alignment import aligned
 from process_visualizer.runs.alignment.displacement import displacement
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import verdict
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 

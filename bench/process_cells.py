@@ -15,7 +15,7 @@ import numpy as np
 from process_visualizer.runs.run import (
     Channel,
     ChannelKind,
-    Context,
+    Group,
     Run,
     RunEvent,
     RunPhase,
@@ -269,13 +269,13 @@ class _Maker:
         run = Run(f'{self._cell.name} {self._kind or "good"} {self._seed}', self.duration_s,
                   tuple(channels), (ToolMotion('robot', times_s, at),),
                   tuple(sorted(events, key=lambda it: it.time_s)), forces=forces,
-                  phases=_WAITS, **self._context())
+                  phases=_WAITS, **self._group())
         return MadeRun(run, self._fault())
 
-    def _context(self) -> Dict[str, Context]:
+    def _group(self) -> Dict[str, Group]:
         label = self._cell.number_label
-        context = ((label, float(self._number)),)
-        return {} if not label else {'place' if label == 'pattern_index' else 'context': context}
+        group = ((label, float(self._number)),)
+        return {} if not label else {'place' if label == 'pattern_index' else 'group': group}
 
     def _fault(self) -> Optional[Fault]:
         if not self._kind:

@@ -19,7 +19,7 @@ from bag_maker import DEFAULT_FOLDER
 from curves import robots_bag
 
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 

@@ -17,7 +17,7 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 from verdict_peers import WarpedDistance
 
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run
 
 _SCREWS = (('Torx', 'M5'), ('Kreuz', 'M5'), ('Kreuz', 'M6'), ('Kreuz', 'M8'))

@@ -18,7 +18,8 @@ import numpy as np
 from process_cells import CELLS, SIZES, Fault, MadeRun, ProcessCell, faulty_run, good_run
 from verdict_peers import PEERS, Peer
 
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 
 _REFERENCE_SEED, _FAULT_SEED, _GOOD_SEED, _BAD_SEED = 1_000, 20_000, 40_000, 60_000
 

@@ -9,7 +9,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / 'src'))
 
-from process_visualizer.cell.documents import schema_text, updated_reference  # noqa: E402
+from process_visualizer.cell.reference_and_schema import (  # noqa: E402
+    schema_text,
+    updated_reference,
+)
 
 
 def main() -> None:

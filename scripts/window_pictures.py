@@ -24,10 +24,10 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.cell.model import Mode, Pose
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import make_application
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.live.replay_model import ReplayPhase
 

@@ -17,8 +17,8 @@ using Seconds = std::chrono::duration<double>;
 constexpr milliseconds kSeldom{100};   // age at which a joint is passed on again with others
 constexpr seconds kPatience{3};        // until a joint that nobody sends is reported
 constexpr std::size_t kRegular = 10;   // number of messages that make a joint a regular one
-constexpr int kMissedPeriods = 20;     // after which such a joint has stopped, and
-constexpr seconds kStopped{1};         // at least
+constexpr int kMissedPeriods = 20;     // after which a regular joint has stopped
+constexpr seconds kStopped{1};         // minimum time after which it has stopped
 constexpr seconds kBeside{1};          // time within which two nodes count as sending a joint
 constexpr std::size_t kConflicts = 5;  // number in a row that is no coincidence
 constexpr seconds kConflictHolds{1};   // after the last conflict

@@ -152,7 +152,7 @@ JointPositions JointMatching::matchByName(const JointPositions& measured) const 
            std::to_string(measured.positions.size()) + " positions");
   JointPositions matched;
   for (std::size_t i = 0; i < measured.names.size(); ++i) {
-    if (!std::isfinite(measured.positions[i])) {
+    if (!(std::abs(measured.positions[i]) <= kMaxPosition)) {  // also NaN
       matched.unusable.push_back(measured.names[i]);
       continue;
     }
@@ -171,9 +171,9 @@ std::string aboutUnusable(const std::vector<std::string>& joints) {
   if (joints.empty()) return "";
   if (joints.size() == 1)
     return "the position of " + joints.front() +
-           " is NaN or infinite; that joint stays where it was";
+           " is NaN, infinite or beyond 1e6; that joint stays where it was";
   return "the positions of " + listed(joints) +
-         " are NaN or infinite; those joints stay where they were";
+         " are NaN, infinite or beyond 1e6; those joints stay where they were";
 }
 
 std::vector<std::string> movableJoints(const std::string& urdf) {

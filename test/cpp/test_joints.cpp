@@ -80,14 +80,17 @@ TEST(JointMatching, OnlyAJointWithoutAUsablePositionIsLeftOut) {
   found = JointMatching("r", kJoints).match({{"a", "gripper"}, {1.0, INFINITY}});
   EXPECT_EQ(found.names, Names{"r/a"});
   EXPECT_EQ(found.unusable, Names{"gripper"});
+  found = JointMatching("r", kJoints).match({{}, {1.0, 1e30, -1e7}});
+  EXPECT_EQ(found.unusable, (Names{"r/b", "r/c"}));
 }
 
 TEST(JointMatching, UnusablePositionsAreSaidOnceForAllJoints) {
   EXPECT_EQ(aboutUnusable({}), "");
   EXPECT_EQ(aboutUnusable({"a"}),
-            "the position of a is NaN or infinite; that joint stays where it was");
-  EXPECT_EQ(aboutUnusable({"a", "b"}),
-            "the positions of a, b are NaN or infinite; those joints stay where they were");
+            "the position of a is NaN, infinite or beyond 1e6; that joint stays where it was");
+  EXPECT_EQ(
+      aboutUnusable({"a", "b"}),
+      "the positions of a, b are NaN, infinite or beyond 1e6; those joints stay where they were");
 }
 
 TEST(JointMatching, OffsetsAreAddedByEitherName) {

@@ -23,9 +23,9 @@ from pytestqt.exceptions import TimeoutError
 from running_program import SMALL_CELL
 from surroundings import PATIENCE_S, marked_processes
 
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 

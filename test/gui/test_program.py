@@ -17,7 +17,7 @@ from surroundings import wait_until
 
 from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.reindex import reindex
-from process_visualizer.gui.app.kept_state import Settings
+from process_visualizer.gui.app.settings import Settings
 
 Start = Callable[..., Program]
 

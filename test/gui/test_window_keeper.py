@@ -12,9 +12,9 @@ from PyQt5.QtWidgets import QApplication, QDialog, QLabel, QPushButton
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.plan import RVIZ_PART
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState

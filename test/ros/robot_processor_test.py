@@ -149,7 +149,7 @@ class RobotProcessorTest(unittest.TestCase):
                            'r/slide') == 0.125, 'the joint that has a number',
                        lambda: send(0.125))
             wait_until(lambda: told(reports, '/r/joint_proc: /r/q_act',
-                                    'the position of r/turn is NaN or infinite'),
+                                    'the position of r/turn is NaN, infinite or beyond 1e6'),
                        'the name of the other', lambda: send(0.125))
             self.assertFalse(any(np.isnan(state.position).any() for state in states.messages))
             wait_until(lambda: told(reports, '/r/joint_proc: /r/q_act', 'all is well'),

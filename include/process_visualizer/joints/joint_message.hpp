@@ -9,11 +9,14 @@
 
 namespace process_visualizer::joints {
 
+/// Maximum position of a joint [rad or m], as MAX_POSITION in Python.
+constexpr double kMaxPosition = 1e6;
+
 /// Positions [rad or m] of joints, by name; a driver's message may have no names.
 struct JointPositions {
   std::vector<std::string> names;
   std::vector<double> positions;
-  std::vector<std::string> unusable = {};  ///< joints whose position is NaN or infinite
+  std::vector<std::string> unusable = {};  ///< joints with NaN or beyond kMaxPosition
 };
 
 /// The joints in a message, and its stamp [ns since 1970]; 0: it has none.
@@ -47,8 +50,9 @@ class JointMatching {
 
   /// Returns the positions of the robot's joints that are in a message.
   ///
-  /// A joint whose position is NaN or infinite is left out and named in `unusable`, as in the
-  /// message, even if it is of another robot.
+  /// A joint whose position is NaN or beyond kMaxPosition is left out and named in `unusable`, as
+  /// in the message, even if it is of another robot.
+  ///
   /// \throws ForeignJoints none of them is a joint of the robot, or it has no positions
   /// \throws std::invalid_argument the positions do not fit the joints; the text says why
   JointPositions match(const JointPositions& measured) const;
@@ -66,7 +70,7 @@ class JointMatching {
   std::map<std::string, Joint> joints_;  ///< by a driver's names
 };
 
-/// Message about joints whose position is NaN or infinite; empty if there are none.
+/// Message about joints whose position is NaN or beyond kMaxPosition; empty if there are none.
 std::string aboutUnusable(const std::vector<std::string>& joints);
 
 /// Returns the names of the joints of a URDF that are measured, in the file's order: those that

@@ -87,7 +87,7 @@ def missing_topics(catalog: Catalog,
 
 
 def unused_topics(catalog: Catalog, devices: Sequence[Device]) -> Tuple[str, ...]:
-    """Return the topics of the recording that no device plays."""
+    """Return the topics of the recording that no device uses."""
     played = {name for device in devices for name in _recorded(device)}
     return tuple(name for name in catalog.topic_names if name not in played)
 

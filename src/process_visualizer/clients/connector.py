@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A node's connections to publishers, which are made also after a shortage of threads or memory."""
+"""A node's connections to publishers, also after a shortage of threads or memory."""
 from __future__ import annotations
 
 import _thread
@@ -34,7 +34,7 @@ class Connector:
         self._is_behind = False
 
     def ask_again(self) -> None:
-        """Ask the master soon for all publishers, as a message of it may have been lost."""
+        """Ask the master soon for all publishers, as one of its messages may have been lost."""
         self._is_behind = True
 
     def publisher_update(self, resolved_name: str, uris: List[str]) -> None:

@@ -11,9 +11,10 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
 from process_visualizer.page.shared_page import shared_page
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import Comparison, incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text, drift_text
 from process_visualizer.runs.comparison.features import as_csv, drifts
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
@@ -66,7 +67,7 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
                            for event in run.events[:6])
         say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
-            + ''.join(f', {what} {_number(value)}' for what, value in run.context + run.place)
+            + ''.join(f', {what} {_number(value)}' for what, value in run.group + run.place)
             + (', broken off' if run.is_broken_off else '')
             + (f', {DAMAGED}' if run.is_damaged else '') + (f': {events}' if events else ''))
     return 0
@@ -161,7 +162,7 @@ def _entry(run: Run) -> Dict[str, object]:
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
             'duration_s': round(run.duration_s, 3), 'is_broken_off': run.is_broken_off,
             'is_damaged': run.is_damaged,
-            'context': dict(run.context + run.place),
+            'context': dict(run.group + run.place),
             'events': [{'name': it.name, 'time_s': round(run.begin_s + it.time_s, 3)}
                        for it in run.events],
             'channels': [f'{it.device} {it.label}' for it in run.channels]}

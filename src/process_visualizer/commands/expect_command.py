@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell expect``: what a depth sensor sees now, as boxes that are expected."""
+"""The command ``cell expect``: expect what a depth sensor sees now, as boxes."""
 from __future__ import annotations
 
 import argparse
@@ -49,7 +49,7 @@ def execute_expect(options: argparse.Namespace, arguments: Mapping[str, str]) ->
         saved = editor.save_expected(options.sensor, found.boxes)
         assert saved is not None, 'there is a box'
         say(f'{saved.file}: {len(found.boxes)} added; as it was before: {saved.backup}. '
-            f'Restart {options.sensor} to bring it into force; in the launcher: Reload, Apply')
+            f'Restart {options.sensor} to use it; in the launcher: Reload, Apply')
     else:
         say('nothing is written; --write adds it to the file')
     return 0

@@ -27,11 +27,12 @@ from process_visualizer.film.film import (
     write_picture,
 )
 from process_visualizer.health.figures import clock_seconds
-from process_visualizer.page.exported import DEFAULT_RATE_HZ, export
-from process_visualizer.page.exported import ENDINGS as EXPORT_ENDINGS
+from process_visualizer.page.export import DEFAULT_RATE_HZ, export
+from process_visualizer.page.export import ENDINGS as EXPORT_ENDINGS
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans, page_of
-from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import incomparable
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
 from process_visualizer.runs.recorded.run_reader import read_run

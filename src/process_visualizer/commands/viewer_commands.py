@@ -35,7 +35,7 @@ from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
 from process_visualizer.remote.link_words import Address, address_of
 from process_visualizer.shown_text import say
-from process_visualizer.viewing.finding import CellNotFound, find_relay
+from process_visualizer.viewing.find_relay import CellNotFound, find_relay
 
 _VIEW_NODE = 'cell_view'
 

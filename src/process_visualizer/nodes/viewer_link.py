@@ -153,7 +153,7 @@ class ViewerLink:
         self._announced: Dict[int, FeedChannel] = {}
         self._offered: Set[str] = set()
         self._is_closed = False
-        self._too_large: Set[int] = set()  # channels whose last message was
+        self._too_large: Set[int] = set()  # channels whose last message was too large
         self._next_report_s = self._next_want_s = 0.0
         self._ended = threading.Event()
         self._heard_s = time.monotonic()

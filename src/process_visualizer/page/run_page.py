@@ -46,7 +46,7 @@ from process_visualizer.page.robots import (
 from process_visualizer.robot.description import ModelError, RobotDescription, describe_device
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.ghost import (
     GhostArm,
     arms,
@@ -54,6 +54,7 @@ from process_visualizer.runs.comparison.ghost import (
     ghost_tracks,
     run_arrows,
 )
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import (
     amount,

@@ -15,7 +15,8 @@ from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged, PageCell, run_entry, run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import incomparable
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import band_text, clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 from process_visualizer.runs.run import Run

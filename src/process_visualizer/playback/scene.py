@@ -81,9 +81,9 @@ class Scene:
 
     def positions_of(self, topic: str, count: int, moment: int = 0) -> List[int]:
         """Return the positions in the scene for one topic, as ``positions``."""
-        lasts = {source: self._last(source, count) for source in self._topics[topic]}
-        found = [last for last in lasts.values() if last is not None]
-        absent = [source for source, last in lasts.items() if last is None]
+        newest = {source: self._last(source, count) for source in self._topics[topic]}
+        found = [last for last in newest.values() if last is not None]
+        absent = [source for source, last in newest.items() if last is None]
         firsts = [self.first(source) for source in absent]
         if not self._has_transforms(topic):
             firsts = [] if found else [min(firsts)]
@@ -148,8 +148,8 @@ class Scene:
         return self._index.connections[self._topics[topic][0]].type in TF_TYPES
 
     def _last(self, source: int, count: int) -> Optional[int]:
-        lasts = [self._index.last_before(count, number) for number in self._numbers[source]]
-        return max((last for last in lasts if last is not None), default=None)
+        newest = [self._index.last_before(count, number) for number in self._numbers[source]]
+        return max((last for last in newest if last is not None), default=None)
 
 
 def is_static(connection: Connection) -> bool:
@@ -177,8 +177,8 @@ def _group(connection: Connection) -> Tuple[str, ...]:
 
 MAX_AGE_NS = 3_000_000_000
 """Maximum age of transforms that still hold, relative to the newest message."""
-MOST = 200  # maximum number of messages to search
-ALWAYS = 20  # messages to search even if all known keys of the source have been found
+MAX_SEARCHED = 200  # maximum number of messages to search
+MIN_SEARCHED = 20  # messages to search even if all known keys of the source have been found
 SAMPLES = 60
 """Messages of each publisher, half of them the first, that show whether joints come in groups."""
 
@@ -246,7 +246,7 @@ class PartialMessages:
         known = self._known.setdefault(self._scene.source_of(position), set())
         looks_for_all = not known
         for count, earlier in enumerate(self._earlier(position)):
-            if CLEARS in parts or (count >= ALWAYS and not looks_for_all and known <= found):
+            if CLEARS in parts or (count >= MIN_SEARCHED and not looks_for_all and known <= found):
                 break
             parts = self._parts(earlier)
             age_ns = time_ns - int(self._index.time_ns[earlier])
@@ -269,7 +269,7 @@ class PartialMessages:
             return
         connection = self._index.connections[int(self._index.connection[position])]
         farthest_ns = int(self._index.time_ns[position]) - MAX_AGE_NS if expires(connection) else 0
-        for _ in range(MOST):
+        for _ in range(MAX_SEARCHED):
             replaced = self._scene.replaced(position)
             if replaced is None or self._index.time_ns[replaced] < farthest_ns:
                 return

@@ -11,6 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Deque, Optional, Tuple, TypeVar
 
 WINDOW_NS = 1_000_000_000
+_KEPT_SHARE = 0.95
+"""Share of the rate from which on it counts as achieved."""
+
+
+def is_too_slow(rate: float, achieved_rate: float) -> bool:
+    """Return whether the computer is too slow for a rate, so that the achieved one is shown."""
+    return abs(achieved_rate) < _KEPT_SHARE * abs(rate)
 
 
 class AchievedRate:

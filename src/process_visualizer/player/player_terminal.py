@@ -36,13 +36,18 @@ from typing import (
 )
 
 from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
-from process_visualizer.playback.timeline import CommandRefused, faster, format_time, slower
+from process_visualizer.playback.timeline import (
+    CommandRefused,
+    faster,
+    format_time,
+    is_too_slow,
+    slower,
+)
 from process_visualizer.player.player_options import KEY_HELP, Command, KeyAction, key_action
 
 _BAR_CELLS = 40
 _MIN_BAR_CELLS = 8
 _MAX_LABEL = 24
-_VISIBLE_SHARE = 0.95  # share of the rate; the achieved rate is shown only below it
 
 
 class Symbols(NamedTuple):
@@ -96,7 +101,7 @@ def _times(progress: PlayerStatus) -> str:
 
 def _rates(progress: PlayerStatus, symbols: Symbols) -> str:
     rate = f'{progress.rate:.3g}{symbols.times}'
-    if progress.paused or abs(progress.achieved_rate) >= _VISIBLE_SHARE * abs(progress.rate):
+    if progress.paused or not is_too_slow(progress.rate, progress.achieved_rate):
         return rate
     reached = round(progress.achieved_rate, 3) + 0.0  # no -0
     return f'{rate} ({reached:.3g}{symbols.times} reached)'

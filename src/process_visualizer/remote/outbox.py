@@ -45,7 +45,7 @@ class Outbox:
         self._small: Deque[_Waiting] = deque()
         self._small_bytes = 0
         self._large: Dict[int, _Waiting] = {}
-        self._smaller: Dict[int, _Waiting] = {}  # full latched messages that were sent thinned
+        self._to_send_in_full: Dict[int, _Waiting] = {}  # latched, after their thinned copies
         self._large_s: Dict[int, float] = {}  # time of a channel's last large message
         self._transfers: Dict[int, Iterator[bytes]] = {}  # in order of their turns
         self._files: Deque[Tuple[int, Iterator[bytes]]] = deque()
@@ -59,7 +59,7 @@ class Outbox:
         """Add a latched message, which must arrive unless its channel gets a newer one."""
         waiting = _Waiting(channel, arrived_ns, data, 0.0, True)
         is_large = len(data) > PART_BYTES
-        self._smaller.pop(channel, None)
+        self._to_send_in_full.pop(channel, None)
         for others in (self._kept, self._large):
             if others.pop(channel, None) is not None:
                 self.leave_out(channel)
@@ -124,10 +124,10 @@ class Outbox:
             message = self._large.pop(channel)
             data = thinned(channel, message.data)
             if message.is_kept and data is not message.data:
-                self._smaller[channel] = message
+                self._to_send_in_full[channel] = message
             self._transfers[channel] = message_frames(channel, message.arrived_ns, data)
-        if not self._transfers and self._smaller:
-            channel, message = self._smaller.popitem()
+        if not self._transfers and self._to_send_in_full:
+            channel, message = self._to_send_in_full.popitem()
             self._transfers[channel] = message_frames(channel, message.arrived_ns, message.data)
         elif not self._transfers and self._files:
             self._transfers.update([self._files.popleft()])
@@ -138,7 +138,7 @@ class Outbox:
             if part is not None:
                 self._transfers[channel] = parts
                 return part
-        waits = self._large or self._smaller or self._files
+        waits = self._large or self._to_send_in_full or self._files
         return self._next_part(thinned) if waits else None
 
     def _take_small(self) -> _Waiting:

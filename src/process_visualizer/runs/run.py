@@ -12,9 +12,7 @@ _SELDOM_HZ = 4.0
 """A channel with fewer values per second holds each value until the next."""
 Key = Tuple[str, str]
 """A channel: the device and the label."""
-
-
-Context = Tuple[Tuple[str, Optional[float]], ...]
+Group = Tuple[Tuple[str, Optional[float]], ...]
 """Conditions that determine the expected course of a run, such as its variant, with values."""
 
 
@@ -101,7 +99,7 @@ class Run(NamedTuple):
 
     ``recording`` has the files of the recording in order. ``configuration`` is equal in runs that
     were recorded with the same configuration, and empty if it is unknown. A run that
-    ``is_broken_off`` never came to its end. Runs with the same ``context`` are expected to be
+    ``is_broken_off`` never came to its end. Runs with the same ``group`` are expected to be
     alike; in runs that also have the same ``place``, the tools are expected at the same places.
     ``absent`` says what is configured and was not recorded, and whether that is a mistake. A part
     of a recording that ``is_damaged`` could not be read.
@@ -117,8 +115,8 @@ class Run(NamedTuple):
     forces: Tuple[ToolForce, ...] = ()
     configuration: str = ''
     is_broken_off: bool = False
-    context: Context = ()
-    place: Context = ()
+    group: Group = ()
+    place: Group = ()
     phases: Tuple[RunPhase, ...] = ()
     absent: Tuple[Tuple[str, bool], ...] = ()
     torques: Tuple[ToolForce, ...] = ()

@@ -223,7 +223,7 @@ def _number(config: Mapping[str, Any], key: str, default: float) -> float:
 
 
 def _mappings(config: Mapping[str, Any], key: str) -> List[Dict[str, Any]]:
-    """Return the mappings in the list below a key, without what a hand has put beside them."""
+    """Return the mappings in the list below a key, without anything else that is written there."""
     value = config.get(key)
     return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
 

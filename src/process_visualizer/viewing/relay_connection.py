@@ -34,7 +34,7 @@ from process_visualizer.remote.frames import (
 )
 from process_visualizer.remote.link_words import only_small_packets
 from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
-from process_visualizer.viewing.finding import CellNotFound
+from process_visualizer.viewing.find_relay import CellNotFound
 
 _LATEST = 30
 _NS_PER_S = 1e9

@@ -24,7 +24,7 @@ from process_visualizer.bagio.message_parts import CLEARS, parts_reader
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
 from process_visualizer.playback.playback_event import EventMaker
-from process_visualizer.playback.scene import ALWAYS, MAX_AGE_NS, MOST
+from process_visualizer.playback.scene import MAX_AGE_NS, MAX_SEARCHED, MIN_SEARCHED
 
 PERIOD_S = 0.02
 Seen = Dict[Tuple[str, str], float]
@@ -267,10 +267,10 @@ def test_how_much_is_read_is_bounded(tmp_path: Path) -> None:
     read = player.recording.message
     player.recording.message = lambda position: reads.append(position) or read(position)
     player.events.scene(900)
-    assert len(reads) <= min(MOST, MAX_AGE_NS * 1e-9 / 0.01) + 5
+    assert len(reads) <= min(MAX_SEARCHED, MAX_AGE_NS * 1e-9 / 0.01) + 5
     reads.clear()
     player.events.scene(700)
-    assert len(reads) <= ALWAYS + 5
+    assert len(reads) <= MIN_SEARCHED + 5
 
 
 def test_a_marker_whose_time_is_over_does_not_come_back(tmp_path: Path) -> None:

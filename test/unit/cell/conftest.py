@@ -6,9 +6,9 @@ from typing import Callable, List
 import pytest
 from lxml import etree
 
-from process_visualizer.cell.documents import schema_text
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell
+from process_visualizer.cell.reference_and_schema import schema_text
 from process_visualizer.cell.xml_parser import XmlParser
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.cell.documents import updated_reference
 from process_visualizer.cell.elements import DISPLAY_TYPES, TAGS
+from process_visualizer.cell.reference_and_schema import updated_reference
 
 REFERENCE = Path(__file__).resolve().parents[3] / 'docs' / 'configuration.md'
 

@@ -11,9 +11,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
-from process_visualizer.cell.documents import schema_text
 from process_visualizer.cell.elements import TAGS
 from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.reference_and_schema import schema_text
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.cell.xml_parser import XmlParser
 

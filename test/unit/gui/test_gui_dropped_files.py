@@ -14,9 +14,9 @@ from PyQt5.QtWidgets import QApplication, QLabel, QMessageBox, QPushButton
 from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import Dropped, LauncherApp, sort_out
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 
 

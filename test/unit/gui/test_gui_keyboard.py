@@ -20,9 +20,9 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.alarm_strip import EventsView
 from process_visualizer.gui.cell.devices_panel import WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchPhase

@@ -20,9 +20,9 @@ from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.generate.choice import RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.after_quit import AfterQuit
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher, _takes_topics
 from process_visualizer.gui.app.main import store_changes, words_to_go_on
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_types import FinishedBag
 from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase

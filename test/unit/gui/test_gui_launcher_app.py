@@ -24,10 +24,10 @@ from rospy import Time
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app import launcher_app
 from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import CaughtError, ErrorDialog
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit import dialogs

@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QFileDialog, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.discovery.new_configuration import NewConfiguration
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.main import _last_configuration
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.cell_model import NewConfigurationModel
 from process_visualizer.gui.cell.notices import MadeNotice, NewConfigurationView
 from process_visualizer.gui.toolkit.desktop import working_folder

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PyQt5.QtCore import QSettings
 
-from process_visualizer.gui.app.kept_state import Settings
+from process_visualizer.gui.app.settings import Settings
 
 
 def settings(folder: Path) -> Settings:

@@ -10,8 +10,8 @@ import pytest
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QLabel, QTreeWidget, QTreeWidgetItem
 
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher_app import ThemeChoice, Wanted
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import (
     DARK,

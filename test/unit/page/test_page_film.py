@@ -23,7 +23,7 @@ from process_visualizer.film.film import (
 )
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import RunEvent
 

@@ -32,8 +32,8 @@ from process_visualizer.robot.joints import JointTrack
 from process_visualizer.robot.kinematics import Kinematics
 from process_visualizer.robot.placements import Placements
 from process_visualizer.robot.rotations import rotation_vector_between
-from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.ghost import ghost_tracks, reference_tracks, robot_models
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS_S = np.random.default_rng(3).uniform(0.6, 18.0, 60).tolist()

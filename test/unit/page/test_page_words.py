@@ -17,7 +17,7 @@ from std_msgs.msg import Bool, Float32, Float64
 from process_visualizer.commands.command_line import main
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.unjudged import Unjudged
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 

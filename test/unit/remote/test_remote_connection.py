@@ -21,7 +21,7 @@ from process_visualizer.remote.frames import (
     json_frame,
 )
 from process_visualizer.viewing import relay_connection
-from process_visualizer.viewing.finding import CellNotFound
+from process_visualizer.viewing.find_relay import CellNotFound
 from process_visualizer.viewing.relay_connection import Listener, RelayConnection
 
 

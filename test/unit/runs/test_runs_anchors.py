@@ -17,7 +17,7 @@ from process_visualizer.runs.alignment.alignment import (
     aligned_at,
     with_anchor,
 )
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import (
     AnchoredRun,
     MomentKind,

@@ -11,7 +11,7 @@ from cycle_bags import write_bag
 from made_runs import made_run, progress
 
 from process_visualizer.commands.command_line import main
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Run
 
 RUN = made_run(1, value=lambda process_s, values: values + np.where(process_s > 3.0, 4.0, 0.0))

@@ -10,8 +10,9 @@ from made_runs import made_run, progress
 
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
-from process_visualizer.runs.comparison.comparison import GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import incomparable
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.unjudged import Missing
 from process_visualizer.runs.comparison.wording import amount, clock, unjudged_texts, verdict
@@ -404,7 +405,7 @@ def test_a_reference_that_is_none_is_left_out(count: int) -> None:
 def test_a_run_is_judged_by_those_of_its_variant() -> None:
     def of(seed: int, variant: float, force: float = 1.0) -> Run:
         run = made_run(seed, value=lambda process_s, values: force * values)
-        return run._replace(context=(('variant', variant),))
+        return run._replace(group=(('variant', variant),))
     good = GoodRuns(of(1, 1.0), [*(of(seed, 1.0) for seed in range(2, 7)),
                                  *(of(seed, 2.0, 2.0) for seed in range(7, 13))])
     assert good.compare(of(77, 1.0)).departures == ()
@@ -468,7 +469,7 @@ def test_the_number_of_the_run_before_is_no_wrong_state() -> None:
     def of(seed: int, before: float, number: float) -> Run:
         run = with_channel(made_run(seed), 'number', np.array([0.0, 0.3]),
                            np.array([before, number]))
-        return run._replace(context=(('number', number),), place=(('number', number),))
+        return run._replace(group=(('number', number),), place=(('number', number),))
     good = GoodRuns(of(1, 1.0, 1.0), [of(2, 1.0, 1.0), of(3, 1.0, 1.0)])
     assert good.compare(of(77, 2.0, 1.0)).departures == ()
 

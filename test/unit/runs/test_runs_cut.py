@@ -53,5 +53,5 @@ def test_the_variant_of_a_run_is_the_number_that_holds_during_its_cycle() -> Non
     span = RunSpan('begins', 'ends', 0.5, 0.5, Location('cell.xml', 1), group='variant',
                    place='variant')
     runs = cut_into_runs(whole, span)
-    assert [it.context[0][1] for it in runs] == [2.0, 1.0, 2.0]
+    assert [it.group[0][1] for it in runs] == [2.0, 1.0, 2.0]
     assert [it.place[0][1] for it in runs] == [2.0, 1.0, 2.0]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from made_runs import made_run
 
 from process_visualizer.runs.alignment.displacement import Displacement, displacement
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import verdict
 from process_visualizer.runs.run import Channel, ChannelKind, Run
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from made_runs import made_run
 
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Run, ToolForce
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_runs import made_run, progress
 
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
     LiveComparison,
     LiveDeparture,

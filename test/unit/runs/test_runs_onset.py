@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from made_runs import made_run
 
-from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.comparison_text import as_text
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import verdict
 from process_visualizer.runs.deviation.band import BandLearner, SignalBand
 from process_visualizer.runs.deviation.departures import (

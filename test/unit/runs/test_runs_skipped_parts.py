@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned_at
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent, ToolMotion
 
 Step = Tuple[int, float, Tuple[float, float, float]]

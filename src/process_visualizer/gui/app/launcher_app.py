@@ -29,9 +29,9 @@ from rosgraph.network import get_local_addresses
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.after_quit import AfterQuit
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.look_on import ServeDialog, WatchDialog
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.shortcuts import WindowKeys
 from process_visualizer.gui.cell.alarm_strip import alarm_strip
 from process_visualizer.gui.cell.calibration_panel import (

@@ -22,10 +22,11 @@ from PyQt5.QtWidgets import QApplication, QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Viewers
-from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState, Settings
+from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.look_on import SecondLauncher
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.ros.ros_link import NODE

@@ -17,9 +17,9 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QPushButton, QStackedWidget, QVBoxLayout, QWidget
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.app.kept_state import Settings
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.widgets import in_column

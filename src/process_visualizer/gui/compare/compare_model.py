@@ -14,12 +14,13 @@ from process_visualizer.curves.samples import ReadingCanceled
 from process_visualizer.film import film
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
-from process_visualizer.page import exported
+from process_visualizer.page import export as numbers_export
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
 from process_visualizer.page.shared_page import ChosenSpans, page_of
 from process_visualizer.runs.alignment.alignment import Anchor, with_anchor
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison import Comparison, incomparable
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import (
     AnchoredRun,
     ReferenceMoment,
@@ -94,7 +95,7 @@ def _texts(values: Any) -> Tuple[str, ...]:
 
 LINE = 'comparison'
 _SHARE_LINE = 'share'
-SHARED_ENDINGS = ('.html', *film.ENDINGS, *exported.ENDINGS)
+SHARED_ENDINGS = ('.html', *film.ENDINGS, *numbers_export.ENDINGS)
 """Endings of the files as which a run can be shared."""
 _MAX_KEPT, _MAX_ALIGNED = 50, 500
 
@@ -534,8 +535,8 @@ def _write_shared(path: str, chosen: ChosenSpans, progress: TaskProgress) -> str
     ending = os.path.splitext(path)[1].lower()
     if ending in film.ENDINGS:
         return f'{film.write_film(path, chosen, film.Style(), on_frame=on_frame)} frames'
-    if ending in exported.ENDINGS:
-        return exported.export(path, chosen)
+    if ending in numbers_export.ENDINGS:
+        return numbers_export.export(path, chosen)
     write_text(path, page_of(chosen))
     return f'{os.path.getsize(path) / 1e6:.1f} MB'
 

@@ -13,7 +13,6 @@ from process_visualizer.generate.plan import BAG_PART, FRAMES_PART
 from process_visualizer.gui.compare.compare_model import Compared, CompareModel
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.runs.comparison.comparison import GoodRuns
 from process_visualizer.runs.comparison.ghost import (
     GhostTrack,
     LiveReference,
@@ -23,6 +22,7 @@ from process_visualizer.runs.comparison.ghost import (
     live_reference,
     robot_models,
 )
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 
 LINE = 'ghost'
 _NO_ROBOT = ('The live run is not compared: {} has no robot that can be followed. That takes its '

@@ -15,7 +15,7 @@ from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
 from process_visualizer.runs.alignment.live_alignment import PhaseHistory
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
     FinishedRun,
     LiveBands,

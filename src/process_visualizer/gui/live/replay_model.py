@@ -22,7 +22,7 @@ LINE = 'replay'
 _END_TIMEOUT_S = 60.0
 _OTHERS_MS = 8000
 """Time that the picture waits for the nodes of devices: without them, objects would be missing."""
-_LATE_S = 2.0  # maximum loss at the memory's beginning until it has been copied
+_LATE_S = 2.0  # of the memory's beginning, lost at most while it is copied
 
 
 def age_text(age_s: float) -> str:

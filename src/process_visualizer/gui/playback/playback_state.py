@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Iterable, Mapping, NamedTuple, Optional, Tuple
 
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
-from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S
+from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S, is_too_slow
 
 # The points A and B between which playback is repeated.
 
@@ -113,9 +113,6 @@ MESSAGE = StepUnit()
 TIMES = (StepUnit(duration_s=0.01), StepUnit(duration_s=0.1), StepUnit(duration_s=1.0))
 
 
-_KEPT_SHARE = 0.95  # of the wanted rate; a reached rate above this is not reported
-
-
 class SeekTarget(NamedTuple):
     """The target of a seek [s from the beginning], and the segment that the seek will end."""
 
@@ -173,7 +170,7 @@ class PlaybackState(NamedTuple):
         if self.snapshot is None or self.snapshot.paused:
             return None
         reached = self.snapshot.achieved_rate
-        return None if abs(reached) >= _KEPT_SHARE * abs(self.snapshot.rate) else reached
+        return reached if is_too_slow(self.snapshot.rate, reached) else None
 
     @property
     def dropped(self) -> int:

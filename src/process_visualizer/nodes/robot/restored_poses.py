@@ -26,7 +26,7 @@ from process_visualizer.srv import ReadTopic
 
 _BEFORE_S = 0.5  # the player adds the last value of each joint before it
 _AFTER_S = 1.0  # values measured just after a moment arrive late
-_HELD_S = 0.5  # over a longer gap in its values a joint stood still, and then moved at once
+_HELD_S = 0.5  # in a longer gap, the joint counts as at rest until the next value
 _TURNING = 'revolute', 'continuous'
 
 Values = Mapping[str, Sequence[Tuple[float, float]]]

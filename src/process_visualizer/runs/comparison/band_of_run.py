@@ -35,7 +35,7 @@ def band_of_run(band: Band, alignment: Alignment, columns: Columns, reference: R
     """Return the band for a run, from the band of the good runs.
 
     Args:
-        band: of the good runs of the same context and place.
+        band: of the good runs of the same group and place.
         alignment, columns: of the run.
         times_s: (t,) the moments of the reference.
     """

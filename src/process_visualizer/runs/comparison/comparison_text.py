@@ -6,8 +6,9 @@ import json
 from collections import Counter
 from typing import Any, Dict, List, Sequence
 
-from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.features import Drift, drifts, phase_at
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,

@@ -21,7 +21,7 @@ from typing import (
 import numpy as np
 
 from process_visualizer.bagio.json_text import finite_number, parsed_json
-from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBand
 from process_visualizer.runs.comparison.wording import clock, quantity
 from process_visualizer.runs.deviation.band import SignalBand, beyond, widened

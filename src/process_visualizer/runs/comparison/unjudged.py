@@ -88,7 +88,7 @@ def unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
 
 
 def holes_s_of(run: Run) -> np.ndarray:
-    """Return where a run has no message at all, (k, 2) [s], though one topic has many a second.
+    """Return where a run has no message at all, (k, 2) [s], though one topic usually has many.
 
     A state that is sent only when it changes may have changed there, too. Several slow topics
     pause together now and then; that is no hole.

@@ -173,7 +173,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap, usual: Optional[TimeMap
 
     A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
     *Time lost* is the time that the run needed for the last half second of the reference, minus
-    what it usually needs for one. What it usually needs, relative to half a second, shows how much
+    its usual time for half a second. That usual time, relative to half a second, shows how much
     slower the run is. With ``usual``, the map of a run that goes the same way, the time needed by
     that run counts instead of the half second: the map to another way is less exact, and equally so
     for both. Noise is the natural logarithm of the roughness of a channel: 0.7 more is twice as

@@ -56,9 +56,9 @@ def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
     after_s = 0.0 if cycle.is_broken_off else span.after_s
     part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
                    min(cycle.end_s + after_s, whole.duration_s), name)
-    context, place = (((what, _usual_value(part, what, cycle)),) if what else ()
-                      for what in (span.group, span.place))
-    return part._replace(is_broken_off=cycle.is_broken_off, context=context, place=place)
+    group, place = (((what, _usual_value(part, what, cycle)),) if what else ()
+                    for what in (span.group, span.place))
+    return part._replace(is_broken_off=cycle.is_broken_off, group=group, place=place)
 
 
 def _usual_value(run: Run, what: str, cycle: Cycle) -> Optional[float]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Series of robots that no configuration lists: joints, their lags, and torques at the tool."""
+"""Series that every robot has, without a line in the configuration: joints, lags, tool torques."""
 from __future__ import annotations
 
 from typing import Dict, Iterator, List, Optional, Sequence, Tuple
@@ -41,7 +41,6 @@ def robot_series(recording: Recording, devices: Sequence[Device]) -> List[Series
         description = usable_description(device)
         if description is not None:
             found += joint_series(recording, device, description).values()
-        if description is not None:
             found += _lags(recording, device, description)
     return found + found_series(recording, list(_torques(robots)), devices)
 

@@ -11,8 +11,8 @@ import pytest
 
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
 from process_visualizer.remote.link_words import Address
-from process_visualizer.viewing import finding
-from process_visualizer.viewing.finding import CellNotFound, find_relay
+from process_visualizer.viewing import find_relay as module
+from process_visualizer.viewing.find_relay import CellNotFound, find_relay
 
 Serve = Callable[[socket.socket], None]
 
@@ -71,8 +71,8 @@ def trickling(connection: socket.socket) -> None:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(finding, '_ANSWER_S', 0.3)
-    monkeypatch.setattr(finding, '_WHOLE_S', 0.9)
+    monkeypatch.setattr(module, '_ANSWER_S', 0.3)
+    monkeypatch.setattr(module, '_WHOLE_S', 0.9)
 
 
 def test_a_cell_that_begins_to_show_itself_is_found() -> None:
@@ -99,7 +99,7 @@ def test_a_killed_cell_of_this_computer_is_not_one_that_refuses_others(
     """Its master keeps the address of its relay."""
     with served(sending(GREETING + json_frame(Kind.OFFER, view=''))) as port:
         listens = f'127.0.0.1:{port if is_there else 1}'
-        monkeypatch.setattr(finding, '_asked', lambda _uri: finding._Said(listens))
+        monkeypatch.setattr(module, '_asked', lambda _uri: module._Said(listens))
         if is_there:
             assert find_relay(Address('localhost', 2)) == ('127.0.0.1', port)
             return
@@ -114,7 +114,7 @@ def test_the_port_that_has_to_be_open_is_the_one_that_is_named(
     def dropped(host: str, port: int) -> OSError:
         return socket.timeout('timed out')
 
-    monkeypatch.setattr(finding, '_problem_at', dropped)
-    monkeypatch.setattr(finding, 'MASTER_PORT', 1)  # closed
+    monkeypatch.setattr(module, '_problem_at', dropped)
+    monkeypatch.setattr(module, 'MASTER_PORT', 1)  # closed
     with pytest.raises(CellNotFound, match='"sudo ufw allow 11411/tcp"'):
         find_relay(Address('127.0.0.1', None))
