@@ -8,10 +8,12 @@ from __future__ import annotations
 import socket
 import threading
 from contextlib import contextmanager
-from typing import Callable, Dict, Iterator, Optional
+from typing import Any, Callable, Dict, Iterator, List, Optional
 from xmlrpc.server import SimpleXMLRPCServer
 
-from process_visualizer.health.node_pulse import ENDED, SILENT, Pulses
+import pytest
+
+from process_visualizer.health.node_pulse import ENDED, SILENT, Pulses, connecting
 
 
 class Node:
@@ -51,6 +53,22 @@ class Watch:
             self._pulses.step(self._now_s, self.STEP_S)
             self._now_s += self.STEP_S
         raise AssertionError('it never holds')
+
+
+def test_nodes_are_asked_at_ipv4_where_localhost_is_ipv6_first(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """Debian's /etc/hosts names ::1 localhost, too; nodes of ROS 1 do not listen there."""
+    usual = socket.getaddrinfo
+
+    def ipv6_first(host: object, port: int, **kind: int) -> List[Any]:
+        return [(socket.AF_INET6, socket.SOCK_STREAM, 6, '', ('::1', port, 0, 0)),
+                *usual('127.0.0.1', port, **kind)]
+
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        server.settimeout(10.0)
+        monkeypatch.setattr(socket, 'getaddrinfo', ipv6_first)
+        with connecting(f'http://localhost:{server.getsockname()[1]}/'):
+            server.accept()[0].close()
 
 
 def test_from_answers_to_silence_to_an_end_and_back() -> None:

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import rosgraph
 
-from process_visualizer.launching.ros_api import Master
+from process_visualizer.launching.ros_api import Master, addresses_of
 from process_visualizer.ros_names import SCENE_WATCH
 
 PERIOD_S = 0.3
@@ -62,8 +62,7 @@ def connecting(uri: str) -> socket.socket:
         OSError: a connection is impossible.
     """
     parts = urlsplit(uri)
-    family, kind, protocol, _, address = socket.getaddrinfo(
-        parts.hostname, parts.port, type=socket.SOCK_STREAM)[0]
+    family, kind, protocol, _, address = addresses_of(parts.hostname, parts.port)[0]
     connection = socket.socket(family, kind, protocol)
     connection.setblocking(False)
     connection.connect_ex(address)

@@ -19,6 +19,20 @@ from rosgraph.network import (
 
 _WHOLE_FACTOR = 10.0
 _MAX_ANSWER_BYTES = 64 << 20
+SocketAddress = Tuple[Any, ...]
+"""A family, kind, protocol, canonical name and address, as `socket.getaddrinfo` returns them."""
+
+
+def addresses_of(host: Optional[str], port: Optional[int]) -> List[SocketAddress]:
+    """Return the addresses of a TCP port, those of IPv4 first.
+
+    Nodes of ROS 1 listen at IPv4 addresses, but "localhost" is ::1 first on many computers.
+
+    Raises:
+        OSError: the host is not known.
+    """
+    return sorted(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM),
+                  key=lambda it: it[0] != socket.AF_INET)
 
 
 class _LimitedSocket(socket.socket):

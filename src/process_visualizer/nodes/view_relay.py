@@ -22,7 +22,7 @@ import rospkg
 import rospy
 
 from process_visualizer.bagio.message_definition import Connection, installed_connection
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster, addresses_of
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.frames import GREETING, Kind, json_frame
@@ -273,7 +273,7 @@ def _listening(address: str, ports: range) -> socket.socket:
     problem: Optional[OSError] = None
     for port in ports:
         try:
-            found = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
+            found = addresses_of(address, port)[0]
             listener = socket.socket(found[0], socket.SOCK_STREAM)
         except OSError as error:
             raise OSError(error.errno, f'{address}: {error.strerror}') from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import ipaddress
 import socket
-from typing import Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Mapping, NamedTuple, Optional, Tuple
 from urllib.parse import urlparse
 
 from process_visualizer.remote.offer import DEFAULT_PORTS, OfferedTopic
@@ -138,10 +138,17 @@ def is_here(host: str) -> bool:
     """Return whether a program here can listen at a name or address."""
     try:
         found = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)
-        for family, kind, protocol, _, address in found:
-            with socket.socket(family, kind, protocol) as probe:
-                probe.bind(address)
     except (OSError, UnicodeError):
+        return False
+    return any(map(_can_listen, found))
+
+
+def _can_listen(found: Tuple[Any, ...]) -> bool:
+    """Return whether a program here can listen at an address as `getaddrinfo` returns it."""
+    try:
+        with socket.socket(*found[:3]) as probe:
+            probe.bind(found[4])
+    except OSError:
         return False
     return True
 
@@ -173,6 +180,10 @@ def unreachable(address: Address, error: OSError, what: str) -> str:
             'If it has ROS_IP or ROS_HOSTNAME set, the tunnel has to lead to that address instead '
             f'of localhost: "ssh -N -L {address.port}:ADDRESS:{DEFAULT_PORTS[0]} …"'
             if is_loopback(address.host) else f': another program listens there. {_WHICH_PORT}')
+    if isinstance(error, ConnectionRefusedError) and is_loopback(address.host):
+        return (f'port {address.port} of {address.host} is closed: {what} does not listen there. '
+                'If that is a tunnel, its ssh has ended: start it again. If the cell is on this '
+                f'computer, is it running? {_WHICH_PORT}')
     if isinstance(error, ConnectionRefusedError):
         return (f'port {address.port} of {address.host} is closed: {what} does not listen there. '
                 f'Is the cell running, with --remote? {_WHICH_PORT}')
@@ -289,6 +300,12 @@ def types_differ(topics: Mapping[str, OfferedTopic], ours: Mapping[str, str]) ->
 def no_connection(name: str, since_s: float) -> str:
     """Return the message that the picture is out of date."""
     return f'no connection to {name} for {_duration(since_s)}: this picture is out of date'
+
+
+def still_no_connection(name: str) -> str:
+    """Return the advice while there is no connection for long."""
+    return (f'still no connection: "cell view --check --master {name}" finds the reason. A cell '
+            'that was started again may have another port, which it prints then')
 
 
 def _duration(seconds: float) -> str:

@@ -21,6 +21,7 @@ from typing import (
     Tuple,
 )
 
+from process_visualizer.launching.ros_api import addresses_of
 from process_visualizer.remote.frames import (
     GREETING,
     FramesBroken,
@@ -74,6 +75,10 @@ class ClockOffset:
 _FIRST_FILE = 1 << 31
 _PING_S = 0.4
 _DEAD_S = 1.6
+_STOOD_S = 5.0
+"""Time without a turn [s] after which the cell takes this viewer for dead."""
+ENDED = 'the cell has ended the connection'
+STOOD = 'this viewer stood still for {:.0f} s, and the cell has ended the connection'
 """Silence after which a connection is dead [s]: the relay answers every ping."""
 _CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
 """Duration of an unanswered attempt, interval of attempts, pause after a connection [s]. Attempts
@@ -162,8 +167,7 @@ class RelayConnection:
         while not self._closed.is_set():
             try:
                 with self._connected() as connection:
-                    self._converse(connection)
-                reason = 'the cell has ended the connection'
+                    reason = self._converse(connection)
             except (OSError, FramesBroken, ValueError) as error:
                 reason = str(getattr(error, 'strerror', None) or error) or 'no answer'
             with self._lock:
@@ -193,7 +197,7 @@ class RelayConnection:
         Raises:
             OSError: no attempt is answered, or the connection is refused.
         """
-        addresses = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
+        addresses = addresses_of(*self._address)
         lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
         begin_s = next_s = time.monotonic()
         attempts: Deque[Tuple[float, socket.socket]] = deque()
@@ -203,13 +207,19 @@ class RelayConnection:
                 now_s = time.monotonic()
                 if now_s - begin_s > max(_NO_ANSWER_S, lasting_s):
                     break
-                if now_s >= next_s:
-                    next_s = now_s + _ATTEMPT_S
-                    attempts.append((now_s, _attempt(addresses[count % len(addresses)])))
-                    count += 1
-                ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
-                if ready:
-                    return _answered(ready[0].dup(), lasting_s)
+                try:
+                    if now_s >= next_s:
+                        count, next_s = count + 1, now_s + _ATTEMPT_S
+                        attempts.append((now_s, _attempt(addresses[(count - 1) % len(addresses)])))
+                    ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
+                    if ready:
+                        return _answered(ready[0].dup(), lasting_s)
+                except OSError:
+                    if count >= len(addresses):
+                        raise
+                    next_s = now_s  # another address may take the connection
+                    while attempts:
+                        attempts.pop()[1].close()
                 while attempts and now_s - attempts[0][0] > lasting_s:  # still unanswered
                     attempts.popleft()[1].close()
         finally:
@@ -217,7 +227,8 @@ class RelayConnection:
                 attempt.close()
         raise socket.timeout('no answer')
 
-    def _converse(self, connection: socket.socket) -> None:
+    def _converse(self, connection: socket.socket) -> str:
+        """Take what the cell sends; return why the connection has ended."""
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.sendall(GREETING)
         if self._wanted:  # the offered topics are known already: messages arrive sooner
@@ -228,7 +239,7 @@ class RelayConnection:
         for frame in asked:
             self._send(frame)
         talk = _Talk(self, self._listener)
-        received, heard_s, ping_s = -len(GREETING), time.monotonic(), 0.0
+        received, heard_s, ping_s, stood_s = -len(GREETING), time.monotonic(), 0.0, 0.0
         while not self._closed.is_set():
             now_s = time.monotonic()
             if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
@@ -237,17 +248,20 @@ class RelayConnection:
             if now_s >= ping_s:
                 ping_s = now_s + _PING_S
                 self._send(number_frame(Kind.PING, time.time_ns()))
-            if not select.select([connection], [], [], max(0.0, ping_s - now_s))[0]:
+            has_data = select.select([connection], [], [], max(0.0, ping_s - now_s))[0]
+            stood_s = max(stood_s, time.monotonic() - now_s)
+            if not has_data:
                 continue
             data = connection.recv(_RECEIVED_BYTES)
             if not data:
-                return
+                return ENDED if stood_s < _STOOD_S else STOOD.format(stood_s)
             heard_s = time.monotonic()
             received += len(data)
             if received > 0:
                 self._send(number_frame(Kind.ACKNOWLEDGE, received))
             talk.take(data)
             self._heard_s = heard_s  # only now: these data are from a relay
+        return ENDED
 
     def _send(self, frame: bytes) -> None:
         with self._lock:

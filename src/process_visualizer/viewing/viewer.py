@@ -37,6 +37,7 @@ from process_visualizer.remote.frames import Message
 from process_visualizer.remote.link_words import (
     clocks_apart,
     no_connection,
+    still_no_connection,
     types_differ,
     versions_differ,
 )
@@ -178,7 +179,7 @@ _STEP_S = 0.25
 _THIN_S = 20.0
 """Time without loss after which a link carries everything [s]; else the two would alternate."""
 _MAX_THINNED, _MAX_REASONS = 100, 20
-_STALE_AFTER_S = 1.0
+_STALE_AFTER_S, _ADVISE_AFTER_S = 1.0, 15.0
 """Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
 Say = Callable[[str], None]
@@ -400,6 +401,10 @@ class Viewer:
         for problem in self._scene.take_problems():
             self._tell(problem, _printable(problem))
         lost_for_s = 0.0 if self._lost_s is None else time.monotonic() - self._lost_s
+        if lost_for_s > _ADVISE_AFTER_S:
+            self._tell('lost', still_no_connection(self._name))
+        elif self._lost_s is None:
+            self._said.pop('lost', None)
         if lost_for_s > _STALE_AFTER_S and self._frame:
             self._scene.tell(no_connection(self._name, lost_for_s), self._frame)
         elif self._lost_s is None:

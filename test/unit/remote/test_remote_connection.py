@@ -104,6 +104,22 @@ def test_a_cell_that_has_another_port_is_found_again(
         connection.close()
 
 
+def test_all_addresses_of_a_name_are_tried(
+        server: socket.socket, losses: Losses, monkeypatch: pytest.MonkeyPatch) -> None:
+    port = server.getsockname()[1]
+    closed, nowhere, here = ((socket.AF_INET, socket.SOCK_STREAM, 6, '', it) for it in (
+        ('127.0.0.1', 1), ('255.255.255.255', port), ('127.0.0.1', port)))
+    monkeypatch.setattr(socket, 'getaddrinfo', lambda *_, **__: [closed, nowhere, here])
+    connection = RelayConnection(('cell', port), cast(Listener, losses))
+    connection.start()
+    try:
+        with server.accept()[0] as there:
+            assert there.recv(len(GREETING)) == GREETING
+            assert losses.told.empty()
+    finally:
+        connection.close()
+
+
 def test_large_packets_that_are_lost_are_told(
         server: socket.socket, connection: RelayConnection, losses: Losses,
         monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from process_visualizer.remote.link_words import (
     clocks_apart,
     hidden_by_name,
     how_to_watch,
+    is_here,
     listening_address,
     no_connection,
     not_this_computer,
@@ -93,6 +94,20 @@ def test_each_obstacle_has_its_own_sentence() -> None:
     assert 'ROS_IP' not in relay_silent('cell', '0.0.0.0:11411', REFUSED)
     assert 'is the cell running there?' in nothing_there(Address('cell', None), REFUSED,
                                                          REFUSED)[0]
+
+
+def test_a_tunnel_whose_ssh_has_ended_is_told() -> None:
+    told = unreachable(Address('localhost', 11411), REFUSED, 'x')
+    assert 'its ssh has ended' in told and '--remote' not in told.replace('cell run --remote', '')
+    assert 'tunnel' not in unreachable(Address('192.0.2.1', 11411), REFUSED, 'x')
+
+
+@pytest.mark.parametrize('added', [True, False])
+def test_localhost_is_here_also_without_ipv6(monkeypatch: pytest.MonkeyPatch, added: bool) -> None:
+    usual = socket.getaddrinfo('127.0.0.1', 0, type=socket.SOCK_STREAM)
+    nowhere = (socket.AF_INET, socket.SOCK_STREAM, 6, '', ('192.0.2.1', 0))
+    monkeypatch.setattr(socket, 'getaddrinfo', lambda *_, **__: [nowhere, *usual * added])
+    assert is_here('localhost') is added
 
 
 @pytest.mark.parametrize('error', [ConnectionResetError(errno.ECONNRESET, 'Connection reset'),
