@@ -814,17 +814,17 @@ void measure(Image& image, Sensor sensor, const Lens& lens, Rng& rng,
 
 struct Tally {
   long clouds = 0, falses = 0, exchanged = 0, renumbered = 0, splits = 0, sights = 0, missed = 0,
-       merged = 0, visits = 0, late = 0, distances = 0, too_far = 0, hidden = 0, hidden_too_far = 0,
-       edges = 0, edges_wrong = 0, blind = 0, contradictions = 0;
+       merged = 0, visits = 0, late = 0, distances = 0, too_far = 0, too_near = 0, hidden = 0,
+       hidden_too_far = 0, edges = 0, edges_wrong = 0, blind = 0, contradictions = 0;
   float farthest = 0;
   double cpu = 0;
   std::map<std::string, long> falses_of, missed_of, merged_of, too_far_of, late_of;
   void add(const Tally& o) {
-    for (auto m :
-         {&Tally::clouds, &Tally::falses, &Tally::exchanged, &Tally::renumbered, &Tally::splits,
-          &Tally::sights, &Tally::missed, &Tally::merged, &Tally::visits, &Tally::late,
-          &Tally::distances, &Tally::too_far, &Tally::hidden, &Tally::hidden_too_far, &Tally::edges,
-          &Tally::edges_wrong, &Tally::blind, &Tally::contradictions})
+    for (auto m : {&Tally::clouds, &Tally::falses, &Tally::exchanged, &Tally::renumbered,
+                   &Tally::splits, &Tally::sights, &Tally::missed, &Tally::merged, &Tally::visits,
+                   &Tally::late, &Tally::distances, &Tally::too_far, &Tally::too_near,
+                   &Tally::hidden, &Tally::hidden_too_far, &Tally::edges, &Tally::edges_wrong,
+                   &Tally::blind, &Tally::contradictions})
       this->*m += o.*m;
     farthest = std::max(farthest, o.farthest);
     cpu += o.cpu;
@@ -1221,6 +1221,7 @@ class Judge {
   void judgeDistance(double t, const Thing& thing, float shown, float truth, float sigma,
                      std::uint32_t number, const V& where, bool hidden, const std::string& cause) {
     const float by = shown - truth;
+    if (!hidden && by < -.02F - 3 * sigma) ++tally_.too_near;
     if (by <= .02F + 3 * sigma) return;
     ++(hidden ? tally_.hidden_too_far : tally_.too_far);
     ++tally_.too_far_of[sortOf(thing.name) + (hidden ? "(hidden)" : "")];
@@ -1264,7 +1265,7 @@ class Judge {
     std::string around;
     for (int b = std::max(0, v - 1); b <= std::min(lens_.height - 1, v + 1); ++b)
       for (int a = std::max(0, u - 1); a <= std::min(lens_.width - 1, u + 1); ++a)
-        around += "no-kesf"[static_cast<int>(labels[b * lens_.width + a])];
+        around += "no-kesft"[static_cast<int>(labels[b * lens_.width + a])];
     float away = kFar;
     for (const Cluster& it : places_of)
       for (const V& p : it) away = std::min(away, (p - place).norm());
@@ -1292,7 +1293,7 @@ class Judge {
     for (size_t p = 0; p < labels.size(); ++p)
       if (image.owner[p] == static_cast<int>(thing)) ++fates[static_cast<int>(labels[p])];
     static const char* names[] = {"nowhere",  "outside", "known", "robot",
-                                  "expected", "stray",   "free"};
+                                  "expected", "stray",   "free",  "thin"};
     std::string out = " labels";
     for (const auto& [label, n] : fates)
       out += std::string(" ") + names[label] + ":" + std::to_string(n);
@@ -1349,11 +1350,11 @@ class Judge {
 
 void print(const std::string& name, const Tally& t) {
   std::printf(
-      "%-24s %6ld %6.1f %5ld %5ld %5ld %6ld %5ld %5ld %4ld/%-4ld %5ld/%-5ld %4.0f %3ld/%-4ld "
+      "%-24s %6ld %6.1f %5ld %5ld %5ld %6ld %5ld %5ld %4ld/%-4ld %5ld/%-5ld %4.0f %5ld %3ld/%-4ld "
       "%4ld/%-4ld %5.1f %4ld %3ld\n",
       name.c_str(), t.clouds, t.clouds ? 1000.0 * t.falses / t.clouds : 0, t.exchanged,
       t.renumbered, t.splits, t.sights, t.missed, t.merged, t.late, t.visits, t.too_far,
-      t.distances, 100 * t.farthest, t.hidden_too_far, t.hidden, t.edges_wrong, t.edges,
+      t.distances, 100 * t.farthest, t.too_near, t.hidden_too_far, t.hidden, t.edges_wrong, t.edges,
       t.clouds ? 1000 * t.cpu / t.clouds : 0, t.blind, t.contradictions);
   std::fflush(stdout);
 }
@@ -1390,9 +1391,9 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  std::printf("%-24s %6s %6s %5s %5s %5s %6s %5s %5s %9s %11s %4s %8s %9s %5s %4s %3s\n", "scene",
-              "clouds", "f/1000", "exch", "renum", "split", "sights", "miss", "merge", "late/vis",
-              "toofar/dist", "cm", "hid", "size", "ms", "blnd", "con");
+  std::printf("%-24s %6s %6s %5s %5s %5s %6s %5s %5s %9s %11s %4s %5s %8s %9s %5s %4s %3s\n",
+              "scene", "clouds", "f/1000", "exch", "renum", "split", "sights", "miss", "merge",
+              "late/vis", "toofar/dist", "cm", "near", "hid", "size", "ms", "blnd", "con");
   Tally all;
   std::map<std::string, Tally> by_sensor;
   for (const auto& scene : split(options["--scene"]))

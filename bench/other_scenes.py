@@ -8,6 +8,11 @@ a: floor and table from above; b: the corner of a room, with walls inside the re
 sensor; d: a palletizer with goods on a belt; e: a machine, a fence and a shelf. L and N: a covered
 lens; K: a sensor that was turned by 10°; P: somebody at the height of a table elsewhere; W: people
 before a wall. With --learn 1, what stands there at first is expected. --dump prints each failure.
+
+A distance is too far if it is 2 cm and three standard deviations of the sensor larger than that of
+the nearest pixel of the thing that has a measured depth, also where the sensor mixes that depth
+with what is behind. `near` counts distances that are too small by as much: what is hidden may be
+nearer than what is in view.
 """
 from __future__ import annotations
 
