@@ -268,6 +268,9 @@ constexpr float kSizeWeight = 0.5F;         // of a difference in size, beside o
 constexpr float kMissingWeight = 0.1F;      // of a size of which a part has left the view
 constexpr float kNewestShare = 0.2F;        // of the newest value in the mean
 constexpr float kWithParts = 0.5F;          // m: what is so large and moves may be somebody
+constexpr float kSomebodysHeight = 0.8F;    // m: so may what is higher,
+constexpr float kArmsLength = 0.7F;         // m: whose hand is no farther from the rest
+constexpr float kBesideIt = 0.3F;           // m: nor is a part of anything else
 constexpr float kPartReach = 0.04F;  // m: so far beside an object a part of it may seem to be
 constexpr float kWhole = 0.015F;     // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;        // s
@@ -349,6 +352,13 @@ bool ObjectTracks::Track::isPartOf(const UprightBox& predicted, const FoundObjec
 
 bool ObjectTracks::Track::stands() const {
   return motion.isKnown() && motion.velocity().norm() < kMoving;
+}
+
+/// Whether it may be somebody, of whom parts are seen apart from the rest.
+bool ObjectTracks::Track::mayBeSomebody() const {
+  const bool is_moving = motion.velocity().norm() > kMoving;
+  return object.box.size.z() > kSomebodysHeight ||
+         (is_moving && object.box.size.maxCoeff() > kWithParts);
 }
 
 /// Whether a found object may be what is left in view of somebody who goes away: it is smaller, and
@@ -469,6 +479,7 @@ std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<
   if (distance_of)
     for (Track& track : tracks_)
       if (track.number) track.measureDistance(stamp, distance_of);
+  lendDistances(stamp);
   std::vector<TrackedObject> objects;
   for (Track& track : tracks_) {
     track.noteDistance(stamp);
@@ -477,6 +488,26 @@ std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<
   std::sort(objects.begin(), objects.end(),
             [](const auto& one, const auto& other) { return one.number < other.number; });
   return objects;
+}
+
+/// What has no number yet is not shown, but may be the hand or the head of somebody who is: its
+/// distance counts for the object beside which it is.
+void ObjectTracks::lendDistances(double stamp) {
+  for (const Track& small : tracks_) {
+    if (small.number || small.seen != stamp || !small.object.robot) continue;
+    Track* nearest = nullptr;
+    float least = kArmsLength;
+    for (Track& track : tracks_) {
+      if (!track.number || track.seen != stamp) continue;
+      const float away = distanceTo(track.object.box, small.object.box.center);
+      if (away >= std::min(least, track.mayBeSomebody() ? kArmsLength : kBesideIt)) continue;
+      least = away;
+      nearest = &track;
+    }
+    if (nearest && nearest->object.robot &&
+        small.object.robot->distance < nearest->object.robot->distance)
+      nearest->object.robot = small.object.robot;
+  }
 }
 
 /// Of each track (row) with each found object: how far away it is, and how much larger or smaller.

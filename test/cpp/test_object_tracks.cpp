@@ -208,6 +208,25 @@ TEST(ObjectTracks, ThePartThatIsNearestToARobotCounts) {
   EXPECT_FLOAT_EQ(found[0].object.robot->distance, 0.1F);
 }
 
+/// A hand that comes into view beside somebody is shown after three clouds; until then its distance
+/// is that of the person, unless it is too far away to be theirs.
+TEST(ObjectTracks, TheDistanceOfWhatIsNotShownYetCountsForSomebodyBesideIt) {
+  for (const bool is_beside : {true, false}) {
+    ObjectTracks tracks;
+    const FoundObject person = object({0, 0, 0.5F}, {0.3F, 0.4F, 1});
+    FoundObject hand = object({0, is_beside ? 0.7F : 1.2F, 0.8F}, kSmall);
+    hand.robot->distance = 0.1F;
+    tracks.update(0, {person});
+    const auto seen = tracks.update(kPeriod, {person, hand});
+    ASSERT_EQ(seen.size(), 1U);
+    EXPECT_FLOAT_EQ(seen[0].object.robot->distance, is_beside ? 0.1F : 0.3F);
+    tracks.update(2 * kPeriod, {person, hand});
+    const auto both = tracks.update(3 * kPeriod, {person, hand});
+    ASSERT_EQ(both.size(), 2U);
+    EXPECT_FLOAT_EQ(both[0].object.robot->distance, 0.3F);
+  }
+}
+
 TEST(ObjectTracks, NoiseIsNoObject) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 100; ++frame) {

@@ -130,6 +130,7 @@ class ObjectTracks {
     float farthestAt(double stamp) const;
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
     bool stands() const;
+    bool mayBeSomebody() const;
     bool mayBeRestOf(const UprightBox& expected, const FoundObject& found) const;
     bool mayBePartOf(const UprightBox& expected, const UprightBox& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
@@ -148,6 +149,7 @@ class ObjectTracks {
   void follow(Track& track, double stamp, const FoundObject& found);
   Track* wholeOf(double stamp, const FoundObject& found);
   void begin(double stamp, const FoundObject& found);
+  void lendDistances(double stamp);
   bool isTakenUp(const Track& track, double stamp) const;
   void forget(double stamp, const IsHidden& is_hidden);
 
