@@ -29,6 +29,9 @@ constexpr float kLimbed = 0.5F;           // m: so may what moves and is so larg
 constexpr float kThickest = 0.14F;        // m: whose limbs are no thicker,
 constexpr float kWidest = 0.32F;          // m: nor wider, with a foot,
 constexpr float kLimbGap = 0.3F;          // m: nor farther apart
+constexpr float kArm = 0.7F;              // m: nor is the tip of a limb farther from the rest
+constexpr float kSpread = 1.5F;           // m: somebody is less wide; a wall is not
+constexpr std::size_t kFewestInTip = 5;   // points
 constexpr float kPartGap = 0.1F;          // m: parts of one object are no farther apart
 constexpr float kTogether = 1.2F;         // m/s: what comes into view seems to be slower or faster
 constexpr float kWallStep = 0.02F;        // m: between the places of a wall that are measured
@@ -422,6 +425,90 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
   return joined(std::move(things), wholes(owners, predicted, bridges));
 }
 
+/// Whether noise along the line of sight may have moved a point here from outside of the region, or
+/// from something that is expected.
+bool mayBeElsewhere(const Vector3f& point, const Scene& scene, const DepthNoise& noise) {
+  const float range = point.norm(), farthest = noise.reachAt(range);
+  const auto isElsewhere = [&](float away) {
+    const Vector3f place = point * (1 + away / range);
+    return (scene.region && !(*scene.region)(place)) ||
+           std::any_of(scene.expected.begin(), scene.expected.end(),
+                       [&](const auto& box) { return box(place); });
+  };
+  for (float away = 0; away < farthest;) {
+    away = std::min(away + kNoiseStep, farthest);
+    if (isElsewhere(-away) || isElsewhere(away)) return true;
+  }
+  return false;
+}
+
+/// Points that are too few for an object of their own, such as what is seen of a hand beside a
+/// robot, or what the sensor's edges leave of an arm.
+/// \param groups  of free points that are enough
+std::vector<Cluster> tipsOf(const FreePoints& free, const std::vector<Indices>& groups,
+                            const Points& points, const std::vector<Label>& labels,
+                            const Scene& scene, const SupportPlanes& planes, const Walls& walls,
+                            const DepthNoise& noise, float gap) {
+  std::vector<bool> is_in_group(free.places.size());
+  for (const Indices& group : groups)
+    for (const std::uint32_t point : group) is_in_group[point] = true;
+  Cluster loose;
+  for (std::size_t point = 0; point < free.places.size(); ++point)
+    if (!is_in_group[point] && !mayBeElsewhere(points.places[free.indices[point]], scene, noise))
+      loose.push_back(free.places[point]);
+  for (std::size_t index = 0; index < labels.size(); ++index) {
+    if (labels[index] != Label::kThin || mayBeElsewhere(points.places[index], scene, noise))
+      continue;
+    const Vector3f place = scene.global_from_cloud * points.places[index];
+    if (!planes.contain(place) && !walls.wallAt(place)) loose.push_back(place);
+  }
+  std::vector<Cluster> tips;
+  for (const Indices& tip : clustersOf(loose, gap, kFewestInTip))
+    tips.push_back(chosen(loose, tip));
+  return tips;
+}
+
+/// How far from the rest of an object a tip of it may be, m.
+float reachOf(const FoundObject& object, const std::vector<PredictedObject>& predicted) {
+  const auto isIts = [&](const PredictedObject& it) {
+    return distanceTo(it.box, object.box.center) == 0 && it.is_moving &&
+           it.box.size.maxCoeff() > kLimbed;
+  };
+  const bool is_somebody =
+      object.box.size.z() > kTall || std::any_of(predicted.begin(), predicted.end(), isIts);
+  return is_somebody && object.box.size.head<2>().maxCoeff() < kSpread ? kArm : kLimbGap;
+}
+
+/// How far apart the nearest points of two clusters are, m; `farthest` if that is less.
+float gapBetween(const Cluster& one, const Cluster& other, float farthest) {
+  float least = farthest * farthest;
+  for (const Vector3f& place : one)
+    for (const Vector3f& it : other) least = std::min(least, (it - place).squaredNorm());
+  return std::sqrt(least);
+}
+
+/// The tips of each object: each tip is of the nearest object within whose reach it is. Whatever it
+/// is, a distance that is too small does less harm than one that is too large.
+std::vector<Cluster> tipsByObject(const std::vector<Cluster>& tips,
+                                  const std::vector<FoundObject>& objects,
+                                  const std::vector<PredictedObject>& predicted) {
+  std::vector<Cluster> coarse, by_object(objects.size());
+  for (const FoundObject& it : objects) coarse.push_back(thinned(it.places, kLimbGap / 5));
+  for (const Cluster& tip : tips) {
+    float least = kArm;
+    std::size_t nearest = kNobody;
+    for (std::size_t object = 0; object < objects.size(); ++object) {
+      const float farthest = std::min(least, reachOf(objects[object], predicted));
+      const float gap = gapBetween(tip, coarse[object], farthest);
+      if (gap >= farthest) continue;
+      least = gap;
+      nearest = object;
+    }
+    if (nearest != kNobody) append(by_object[nearest], tip);
+  }
+  return by_object;
+}
+
 /// The edge of a table, seen from the side, or what noise leaves of a surface.
 bool isSliver(const UprightBox& box) {
   std::array<float, 3> edges{box.size.x(), box.size.y(), box.size.z()};
@@ -448,23 +535,6 @@ const KnownBody* bodyBeside(const PosedBodies& known, const Vector3f& point, flo
       if (const KnownBody* body = known.covering(place, padding)) return body;
   }
   return nullptr;
-}
-
-/// Whether noise along the line of sight may have moved a point here from outside of the region, or
-/// from something that is expected.
-bool mayBeElsewhere(const Vector3f& point, const Scene& scene, const DepthNoise& noise) {
-  const float range = point.norm(), farthest = noise.reachAt(range);
-  const auto isElsewhere = [&](float away) {
-    const Vector3f place = point * (1 + away / range);
-    return (scene.region && !(*scene.region)(place)) ||
-           std::any_of(scene.expected.begin(), scene.expected.end(),
-                       [&](const auto& box) { return box(place); });
-  };
-  for (float away = 0; away < farthest;) {
-    away = std::min(away + kNoiseStep, farthest);
-    if (isElsewhere(-away) || isElsewhere(away)) return true;
-  }
-  return false;
 }
 
 /// Removes groups of free points that the noise may have moved: a wall beside the region, for
@@ -555,11 +625,12 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   const SupportPlanes& planes = *surfaces_;
   if (is_noise_due) learnNoise(planes.noise());
   const auto [free, of_wall] = freePoints(points, labels, scene.global_from_cloud, planes, *walls_);
-  const std::vector<Indices> groups =
-      divided(largest(withoutNoise(clustersOf(free.places, settings_.gap, settings_.fewest), free,
-                                   points, scene, noise(), settings_.fewest),
-                      kMostObjects),
-              free.places, predicted, settings_.fewest);
+  const auto clusters = clustersOf(free.places, settings_.gap, settings_.fewest);
+  const std::vector<Indices> groups = divided(
+      largest(withoutNoise(clusters, free, points, scene, noise(), settings_.fewest), kMostObjects),
+      free.places, predicted, settings_.fewest);
+  std::vector<Cluster> tips =
+      tipsOf(free, clusters, points, labels, scene, planes, *walls_, noise(), settings_.gap);
   std::vector<Thing> things =
       thingsOf(groups, free, points, labels, scene.global_from_cloud, predicted);
   for (const FreePoints& wall : of_wall) {
@@ -568,15 +639,22 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
     if (!withoutNoise({all}, wall, points, scene, noise(), settings_.fewest).empty())
       things.push_back({thinned(wall.places, kWallStep), {}, wall.places.size()});
   }
-  const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
   for (Thing& thing : things) {
     const Vector3f blur = blurOf(thing.places, sensor, noise());
     const UprightBox box = boxAround(thing.places, blur);
-    if (isSliver(box)) continue;
-    objects.push_back({reachingDown(box, planes, sensor), thing.points,
-                       distanceToRobots(thing.places, bodies_, from_body), std::move(thing.places),
-                       std::move(thing.rim), blur});
+    if (isSliver(box)) {  // too thin for an object, but somebody may hold it
+      if (box.size.maxCoeff() < kLimbGap) tips.push_back(std::move(thing.places));
+      continue;
+    }
+    objects.push_back({reachingDown(box, planes, sensor), thing.points, std::nullopt,
+                       std::move(thing.places), std::move(thing.rim), blur});
+  }
+  std::vector<Cluster> measured = tipsByObject(tips, objects, predicted);
+  const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
+  for (std::size_t object = 0; object < objects.size(); ++object) {
+    append(measured[object], objects[object].places);
+    objects[object].robot = distanceToRobots(measured[object], bodies_, from_body);
   }
   return objects;
 }

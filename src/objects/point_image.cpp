@@ -137,7 +137,9 @@ sensor_msgs::PointCloud2 freePart(const sensor_msgs::PointCloud2& cloud,
 
 namespace {
 
-constexpr int kFewNeighbours = 4;  // of eight
+constexpr int kFewNeighbours = 4;   // of eight
+constexpr int kThinNeighbours = 2;  // of eight
+constexpr float kSteepStep = 4;     // tolerances: between pixels on a steep surface
 
 /// The distance of each pixel's point from the sensor where it is free; where it is not, it is like
 /// no other.
@@ -159,17 +161,26 @@ void markStrayPoints(const Points& points, std::vector<Label>& labels) {
   if (image.points.empty()) return;
   const std::vector<float> ranges = freeRanges(image, points, labels);
   const auto row = static_cast<std::ptrdiff_t>(image.width);
+  // What continues evenly is looked for over two pixels.
+  const auto last = static_cast<std::ptrdiff_t>(ranges.size()) - 1;
+  const auto rangeAt = [&](std::ptrdiff_t pixel) { return ranges[std::clamp(pixel, {}, last)]; };
   // Those beside it first: they are most often alike, and four are enough.
   const std::ptrdiff_t around[] = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
     if (!(ranges[pixel] >= 0)) continue;
     const float tolerance = toleranceAt(ranges[pixel]);
-    int alike = 0;
+    int alike = 0, even = 0;
     for (const std::ptrdiff_t step : around) {
-      if (std::abs(ranges[pixel + step] - ranges[pixel]) < tolerance) ++alike;
+      const float rise = ranges[pixel + step] - ranges[pixel];
+      if (std::abs(rise) < tolerance) ++alike;
       if (alike == kFewNeighbours) break;
+      const float next = rangeAt(static_cast<std::ptrdiff_t>(pixel) + 2 * step);
+      if (std::abs(rise) >= tolerance && std::abs(rise) < kSteepStep * tolerance &&
+          std::abs(next - ranges[pixel + step] - rise) < tolerance)
+        ++even;
     }
-    if (alike < kFewNeighbours) labels[image.points[pixel]] = Label::kStray;
+    if (alike < kFewNeighbours)
+      labels[image.points[pixel]] = alike + even < kThinNeighbours ? Label::kStray : Label::kThin;
   }
 }
 
@@ -277,7 +288,8 @@ class Search {
     line_.clear();
     for (std::size_t place = begin; place < end; ++place) {
       const std::int32_t point = image_.points[start + place * step];
-      if (point == kNoPoint || labels_[point] == Label::kNowhere || labels_[point] == Label::kStray)
+      if (point == kNoPoint || labels_[point] == Label::kNowhere ||
+          labels_[point] == Label::kStray || labels_[point] == Label::kThin)
         continue;
       line_.push_back({static_cast<std::uint32_t>(point), groups_[point],
                        points_.places[point].norm(), labels_[point] == Label::kRobot,

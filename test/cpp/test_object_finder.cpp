@@ -129,6 +129,37 @@ TEST_F(ObjectFinderTest, AnArmBesideSomebodyIsNoObjectOfItsOwn) {
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
+/// What is seen of a hand is fewer pixels than an object has.
+TEST_F(ObjectFinderTest, TheTipOfALimbCountsForTheDistanceOfSomebody) {
+  const Vector3f tip(-0.1F, 0.25F, 0.5F);
+  for (const bool has_tip : {false, true}) {
+    cell_.clear();
+    cell_.add({0.3F, 0.3F, 0.9F}, at({-0.6F, 0.2F, 0.45F}));
+    if (has_tip) cell_.add({0.016F, 0.012F, 0.012F}, at(tip));
+    const auto found = cell_.find(random_);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ((found[0].robot->on_object - tip).norm() < 0.02F, has_tip);
+  }
+}
+
+/// A rod is too thin for an object.
+TEST_F(ObjectFinderTest, WhatSomebodyHoldsCountsForTheirDistance) {
+  const Vector3f rod(-0.2F, 0.2F, 0.7F);
+  cell_.add({0.3F, 0.3F, 0.9F}, at({-0.6F, 0.2F, 0.45F}));
+  cell_.add({0.2F, 0.015F, 0.015F}, at(rod));
+  const auto found = cell_.find(random_);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_LT((found[0].robot->on_object - rod).norm(), 0.12F);
+}
+
+/// A box that is far from a tip does not reach to it.
+TEST_F(ObjectFinderTest, ATipIsOfNothingThatIsFarAway) {
+  cell_.add({0.3F, 0.3F, 0.3F}, at({-0.6F, 0.2F, 0.15F}));
+  const float alone = cell_.find(random_).at(0).robot->distance;
+  cell_.add({0.016F, 0.012F, 0.012F}, at({-0.1F, 0.25F, 0.5F}));
+  EXPECT_NEAR(cell_.find(random_).at(0).robot->distance, alone, 0.01F);
+}
+
 /// It reaches 0.5 m to the side, and is as thin as any leg.
 TEST_F(ObjectFinderTest, ALegThatSwingsBesideSomebodyIsNoObjectOfItsOwn) {
   cell_.add({0.3F, 0.3F, 0.9F}, at({-0.5F, 0.2F, 0.45F}));
@@ -325,6 +356,31 @@ TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
   plain.width = plain.places.size();
   plain.height = 1;
   EXPECT_EQ(finder.label(plain, cell_.scene()), expected);
+}
+
+/// A surface that is seen at a flat angle, four pixels wide: next to each other they are farther
+/// apart than mixed pixels may be, but evenly. What an edge mixes lies anywhere between.
+TEST(StrayPoints, ASteepSurfaceIsThinAndAnEdgeIsStray) {
+  Points points;
+  points.width = points.height = 24;
+  for (std::size_t row = 0; row < points.height; ++row) {
+    for (std::size_t column = 0; column < points.width; ++column) {
+      const bool is_steep = column >= 8 && column < 12;
+      const bool is_edge = column == 18;
+      float range = 2.5F;
+      if (is_steep) range = 1.2F + 0.05F * static_cast<float>(column - 8);
+      if (is_edge) range = 1.0F + 0.06F * static_cast<float>(row * 7 % 24);
+      if (column > 18) range = 1;
+      points.places.push_back(Vector3f(0, 0, range));
+    }
+  }
+  std::vector<Label> labels(points.places.size(), Label::kFree);
+  for (std::size_t pixel = 0; pixel < labels.size(); ++pixel)
+    if (pixel / 24 > 2 && pixel / 24 < 6) labels[pixel] = Label::kNowhere;  // three rows are left
+  markStrayPoints(points, labels);
+  EXPECT_EQ(labels[1 * 24 + 9], Label::kThin);
+  EXPECT_EQ(labels[12 * 24 + 18], Label::kStray);
+  EXPECT_EQ(labels[12 * 24 + 22], Label::kFree);
 }
 
 TEST_F(ObjectFinderTest, MixedPixelsAtTheRobotsEdgesAreTakenOut) {

@@ -28,12 +28,14 @@ enum class Label : std::uint8_t {
   kExpected,  ///< where something is expected
   kStray,     ///< made up by the sensor
   kFree,      ///< on something that nobody modeled
+  kThin,      ///< the same, or made up: on an edge, a tip or a steep surface
 };
 
 /// Finds among the free points what a camera makes up where something hides what is behind it: a
 /// pixel on the edge sees both, and gets a depth between them. Of the eight pixels around such a
 /// one fewer than four are free and about as far from the camera. So are single points that a
-/// model's padding does not reach.
+/// model's padding does not reach. If two are, or continue it evenly as a steep surface does, it
+/// may be real: tips look like this.
 void markStrayPoints(const Points& points, std::vector<Label>& labels);
 
 /// The points of a cloud.
