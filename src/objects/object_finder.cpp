@@ -360,14 +360,31 @@ void unite(std::vector<Group>& groups, const std::vector<PredictedObject>& predi
   });
 }
 
-/// Groups that are somebody, such as legs and a chest between which too little is seen. And parts
-/// of one object that is followed, such as an arm that swings.
+/// Whether one group is right above the other and so near that it hides what joins them, such as
+/// the upper disc of a drum its core, and no surface carries it. What moves passes above others.
+/// \param aside, apart  see forPairs
+bool areStacked(const Group& a, const Group& b, const std::vector<PredictedObject>& predicted,
+                float aside, float apart, const SupportPlanes& planes) {
+  if (aside >= 0 || apart <= -kBesideAbove || apart >= kPartGap) return false;
+  for (const Group* group : {&a, &b})
+    if (group->owner && predicted[*group->owner].is_moving) return false;
+  const bool is_first_above = a.box.min().z() > b.box.min().z();
+  const AlignedBox3f &upper = is_first_above ? a.box : b.box,
+                     &lower = is_first_above ? b.box : a.box;
+  const auto surface = planes.heightBelow(upper.center(), upper.sizes().head<2>().norm() / 2);
+  return !surface || *surface < lower.max().z() - kPartGap;
+}
+
+/// Groups that are somebody, such as legs and a chest between which too little is seen; those that
+/// are stacked. And parts of one object that is followed, such as an arm that swings.
 std::vector<Bridge> bridgesByPlace(const std::vector<Group>& groups,
-                                   const std::vector<PredictedObject>& predicted) {
+                                   const std::vector<PredictedObject>& predicted,
+                                   const SupportPlanes& planes) {
   std::vector<Bridge> bridges;
   forPairs(groups, [&](std::uint32_t one, std::uint32_t other, float aside, float apart) {
     const Group &a = groups[one], &b = groups[other];
-    const bool is_above = areSomebody(a, b, predicted, aside, apart);
+    const bool is_above = areSomebody(a, b, predicted, aside, apart) ||
+                          areStacked(a, b, predicted, aside, apart, planes);
     const bool is_same = a.owner && a.owner == b.owner && std::max(aside, apart) < kPartGap;
     if (is_above || is_same) bridges.push_back({one, other, is_above});
   });
@@ -404,7 +421,8 @@ std::vector<Bridge> bridgesOfLimbs(const std::vector<Group>& groups,
 std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints& free,
                             const Points& points, const std::vector<Label>& labels,
                             const Isometry3f& global_from_cloud,
-                            const std::vector<PredictedObject>& predicted) {
+                            const std::vector<PredictedObject>& predicted,
+                            const SupportPlanes& planes) {
   const Occlusions occlusions = occlusionsOf(points, labels, inCloud(groups, free.indices));
   std::vector<Thing> things(groups.size());
   std::vector<std::optional<std::size_t>> owners;
@@ -419,7 +437,7 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
   std::vector<Group> parts = groupsOf(things, owners);
   unite(parts, predicted);
   for (std::size_t part = 0; part < parts.size(); ++part) owners[part] = parts[part].owner;
-  std::vector<Bridge> bridges = bridgesByPlace(parts, predicted);
+  std::vector<Bridge> bridges = bridgesByPlace(parts, predicted, planes);
   append(bridges, occlusions.bridges);
   append(bridges, bridgesOfLimbs(parts, predicted, wholes(owners, predicted, bridges)));
   return joined(std::move(things), wholes(owners, predicted, bridges));
@@ -632,7 +650,7 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   std::vector<Cluster> tips =
       tipsOf(free, clusters, points, labels, scene, planes, *walls_, noise(), settings_.gap);
   std::vector<Thing> things =
-      thingsOf(groups, free, points, labels, scene.global_from_cloud, predicted);
+      thingsOf(groups, free, points, labels, scene.global_from_cloud, predicted, planes);
   for (const FreePoints& wall : of_wall) {
     Indices all(wall.places.size());
     std::iota(all.begin(), all.end(), 0);

@@ -341,6 +341,29 @@ TEST_F(ObjectFinderTest, WhatStandsBeforeAWallIsNoPartOfIt) {
   EXPECT_EQ(found().size(), 1U);
 }
 
+/// The upper disc of a drum hides the upper part of its core from a sensor that is a little higher.
+/// What hovers 0.2 m above something is an object of its own.
+TEST_F(ObjectFinderTest, WhatIsRightBelowItsTopIsAPartOfIt) {
+  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
+  const Vector3f ahead = Vector3f(-2, 0, -0.6F).normalized();
+  pose.linear() << Vector3f::UnitY(), ahead.cross(Vector3f::UnitY()), ahead;
+  pose.translation() << 1.3F, 0, 0.9F;
+  Scene scene;
+  scene.global_from_cloud = pose;
+  scene.region.emplace(Eigen::Isometry3d(pose.cast<double>()),
+                       cloud::Box{{-0.7, 0, 1}, {1.6, 1.6, 2.4}});
+  for (const float height : {0.44F, 0.62F}) {
+    DepthCamera camera(pose);
+    camera.draw(cloud::boxSurface({6, 6, 0.1F}), at({0, 0, -0.05F}), kTable);
+    camera.draw(cloud::boxSurface({0.6F, 0.6F, 0.04F}), at({-0.7F, 0, height - 0.02F}), kObject);
+    camera.draw(cloud::boxSurface({0.24F, 0.24F, 0.4F}), at({-0.7F, 0, 0.2F}), kObject);
+    const Points points = camera.points(random_);
+    ObjectFinder finder({}, kSettings);
+    const auto found = finder.find(points, finder.label(points, scene), scene);
+    EXPECT_EQ(found.size(), height < 0.5F ? 1U : 2U);
+  }
+}
+
 TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
   cell_.add({0.2F, 0.2F, 0.2F}, at({-0.4F, -0.2F, 0.1F}));
   const Points rows = cell_.picture().points(random_);
