@@ -169,6 +169,9 @@ _RESERVE = 2.0
 _QUICKEST_S = 20.0
 """Time for which the quickest answer counts: the route may change."""
 _RATE_S = 0.5
+_PROBE, _PROVED_S = 8.0, 20.0
+"""Factor by which large messages may exceed the highest rate that the link has carried lately, and
+time for which that counts [s]: small messages alone show little of what a link carries."""
 
 
 class LinkWindow:
@@ -197,6 +200,7 @@ class LinkWindow:
         self._shrunk_s = self._rate_begin_s = float('-inf')
         self._rate_bytes = 0
         self._bytes_s = 0.0
+        self._proved: Deque[Tuple[float, float]] = deque()  # falling: time, rate [bytes/s]
         self.answer_s = 0.0
 
     @property
@@ -216,7 +220,9 @@ class LinkWindow:
 
     def large_bytes(self, count: int) -> float:
         """Return the size [bytes] up to which each of ``count`` large messages arrives soon."""
-        return max(_MIN_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
+        proved_bytes_s = self._proved[0][1] if self._proved else 0.0
+        carries_bytes_s = min(self.carries_bytes_s, _PROBE * proved_bytes_s)
+        return max(_MIN_LARGE_BYTES, _LARGE_S * carries_bytes_s / max(1, count))
 
     def may_send(self) -> bool:
         """Return whether small data may be sent now, which need not wait for large data."""
@@ -274,6 +280,11 @@ class LinkWindow:
         if passed_s > _RATE_S:
             self._bytes_s = self._rate_bytes / passed_s
             self._rate_begin_s, self._rate_bytes = now_s, 0
+            while self._proved and self._proved[-1][1] <= self._bytes_s:
+                self._proved.pop()
+            self._proved.append((now_s, self._bytes_s))
+            while self._proved[0][0] < now_s - _PROVED_S:
+                self._proved.popleft()
 
 
 CLOUD, IMAGE = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image'

@@ -76,6 +76,31 @@ def test_a_wide_link_carries_everything() -> None:
     assert link.outbox.take_left_out() == {}
 
 
+@pytest.mark.parametrize('begin_mbit_s', [10.0, 1000.0])
+def test_the_first_cloud_is_no_test_of_a_thin_link(begin_mbit_s: float) -> None:
+    """Joint states alone do not show that a link has become thin."""
+    link = SimulatedLink(begin_mbit_s * MBIT_S, 0.0005)
+    run_cell(link, 5.0, cloud_bytes=900_000, image_bytes=100_000)
+    for step in range(5 * 30, 60 * 30):
+        link.run_until(step / 30)
+        link.put(JOINTS, 400)
+        if step == 30 * 30:  # meanwhile nobody watches the clouds
+            link.change(MBIT_S, 0.0005)
+        if step >= 40 * 30 and step % 6 == 0:
+            link.put(CLOUD, 1_200_000)
+    link.run_until(60.0)
+    assert max(link.ages[CLOUD][-50:]) < 1.5
+    assert p95(link.ages[JOINTS][-600:]) < 0.4
+
+
+def test_on_a_wide_link_large_clouds_are_whole_soon() -> None:
+    link = SimulatedLink(1000 * MBIT_S, 0.0005)
+    for step in range(100):
+        link.run_until(step / 10)
+        link.put(CLOUD, 3_000_000)
+    assert link.sizes[CLOUD][20:] == [3_000_000] * (len(link.sizes[CLOUD]) - 20)
+
+
 def test_of_a_large_message_only_the_last_is_sent() -> None:
     box = Outbox()
     for size in (20_000, 30_000, 40_000):
