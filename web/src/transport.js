@@ -90,14 +90,17 @@ export class Transport {
 }
 
 /**
- * Returns a time as minutes and seconds, such as 0:06.42, as in the launcher.
+ * Returns a time as m:ss or, from one hour on, h:mm:ss, such as 0:06.42, as in the launcher.
  * @param {number} time
  */
 export function clock(time) {
   const hundredths = Math.round(Math.abs(time) * 100);
-  const sign = time < -0.005 ? '-' : '';
+  const sign = time < 0 && hundredths ? '-' : '';
   const seconds = (hundredths % 6000 / 100).toFixed(2).padStart(5, '0');
-  return `${sign}${Math.floor(hundredths / 6000)}:${seconds}`;
+  const minutes = Math.floor(hundredths / 6000);
+  const begin = minutes < 60 ? `${minutes}`
+    : `${Math.floor(minutes / 60)}:${`${minutes % 60}`.padStart(2, '0')}`;
+  return `${sign}${begin}:${seconds}`;
 }
 
 /**
@@ -105,6 +108,7 @@ export function clock(time) {
  * @param {string} hash
  */
 export function timeInAddress(hash) {
-  const found = /[#&]t=(?:(\d+):)?(\d+(?:\.\d+)?)/.exec(hash);
-  return found === null ? null : 60 * Number(found[1] ?? 0) + Number(found[2]);
+  const found = /[#&]t=(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)/.exec(hash);
+  return found === null ? null
+    : 3600 * Number(found[1] ?? 0) + 60 * Number(found[2] ?? 0) + Number(found[3]);
 }

@@ -29,7 +29,7 @@ from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.cell.trust import Origin, Provenance
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curves import read_curves, recorded_alarms
-from process_visualizer.health.figures import clock_seconds, clock_text
+from process_visualizer.figures import clock_seconds, clock_text
 from process_visualizer.robot.rotations import PoseDifference, pose_difference
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.shown_text import say
@@ -323,12 +323,13 @@ def execute_cut(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         duration_s = (recording.end_ns - recording.begin_ns) / 1e9
         begin_s, end_s = max(begin_s, 0.0), min(end_s, duration_s)
         if begin_s > end_s:
-            raise ValueError(f'{paths[0]} goes from {clock_text(0.0)} to {clock_text(duration_s)}')
+            raise ValueError(f'{paths[0]} goes from {clock_text(0.0, 1)} to '
+                             f'{clock_text(duration_s, 1)}')
         begin_ns, end_ns = (recording.begin_ns + round(it * 1e9) for it in (begin_s, end_s))
         done = cut(
             recording, CutSpan(begin_ns, end_ns), options.output, topics, options.compression
         )
-    say(f'{options.output}: {clock_text(begin_s)} to {clock_text(end_s)}, '
+    say(f'{options.output}: {clock_text(begin_s, 1)} to {clock_text(end_s, 1)}, '
         f'{done.message_count} messages of {len(done.topics)} topics'
         + (f', and {done.held_count} that held before' if done.held_count else ''))
     if done.lost_count:
@@ -387,7 +388,7 @@ def _moment(paths: Tuple[str, ...], words: str, chosen: ChosenRuns) -> _Moment:
     count = 'several marks or alarms' if matching else 'no mark or alarm'
     raise ValueError('\n'.join([
         f'{paths[0]} has {count} with "{words}"; give more words, or the time',
-        *(f'  {clock_text(it.begin_s)}  {it.text}' for it in sorted(matching or known))]))
+        *(f'  {clock_text(it.begin_s, 1)}  {it.text}' for it in sorted(matching or known))]))
 
 
 def _with_words(words: str, moments: Sequence[_Moment]) -> List[_Moment]:

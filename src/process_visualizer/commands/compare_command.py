@@ -8,6 +8,7 @@ import sys
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.figures import clock_text
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged
 from process_visualizer.page.shared_page import shared_page
@@ -15,7 +16,6 @@ from process_visualizer.runs.comparison.comparison import Comparison, incomparab
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text, drift_text
 from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.comparison.good_runs import GoodRuns
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import DAMAGED, Run
@@ -64,9 +64,9 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         return 0
     width = max(len(run.name) for run in found)
     for run in found:
-        events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
+        events = ', '.join(f'{event.name} at {clock_text(run.begin_s + event.time_s)}'
                            for event in run.events[:6])
-        say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
+        say(f'{run.name:{width}}  from {clock_text(run.begin_s)}, {run.duration_s:.1f} s'
             + ''.join(f', {what} {_number(value)}' for what, value in run.group + run.place)
             + (', broken off' if run.is_broken_off else '')
             + (f', {DAMAGED}' if run.is_damaged else '') + (f': {events}' if events else ''))

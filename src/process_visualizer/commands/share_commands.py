@@ -14,6 +14,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 from process_visualizer.bagio.recording import Recording, recording_parts
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.figures import clock_seconds, clock_text
 from process_visualizer.film.film import (
     ENDINGS as FILM_ENDINGS,
 )
@@ -26,14 +27,12 @@ from process_visualizer.film.film import (
     write_film,
     write_picture,
 )
-from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.export import DEFAULT_RATE_HZ, export
 from process_visualizer.page.export import ENDINGS as EXPORT_ENDINGS
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans, page_of
 from process_visualizer.runs.comparison.comparison import incomparable
 from process_visualizer.runs.comparison.good_runs import GoodRuns
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle, recorded_cell
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import DAMAGED, Run
@@ -64,7 +63,7 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
     chosen = chosen_spans(options, arguments)
     write_text(options.output, page_of(chosen, options.clouds))
     size, runs = os.path.getsize(options.output) / 1e6, chosen.runs
-    say(f'{options.output}: {clock(chosen.duration_s)} of '
+    say(f'{options.output}: {clock_text(chosen.duration_s)} of '
         f'{", ".join(it.name for it in runs[:4])}{" …" if len(runs) > 4 else ""}, {size:.1f} MB')
     return 0
 
@@ -95,7 +94,7 @@ def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> in
                          f'{_MAX_RATE_HZ:g}')
     chosen = chosen_spans(options, arguments)
     said = export(options.output, chosen, options.rate)
-    say(f'{options.output}: {clock(chosen.duration_s)}, {said}')
+    say(f'{options.output}: {clock_text(chosen.duration_s)}, {said}')
     return 0
 
 
@@ -163,7 +162,7 @@ def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         raise ValueError('the sides of an mp4 have even numbers of pixels')
     count = write_film(options.output, chosen_spans(options, arguments), _style(options),
                        options.rate, options.speed, _Progress().show)
-    say(f'{options.output}: {count} frames, {clock(count / options.rate)}; '
+    say(f'{options.output}: {count} frames, {clock_text(count / options.rate)}; '
         f'{numbers_beside(options.output)} has the numbers of each frame')
     return 0
 
@@ -182,10 +181,11 @@ def execute_picture(options: argparse.Namespace, arguments: Dict[str, str]) -> i
                    if span.begin_s <= at_s <= span.end_s), None)
     if number is None:
         raise ValueError('; '.join(
-            f'{run.name} goes from {clock(span.begin_s)} to {clock(span.end_s)}'
-            for run, span in zip(chosen.runs, chosen.spans)) + f', and {clock(at_s)} is outside')
+            f'{run.name} goes from {clock_text(span.begin_s)} to {clock_text(span.end_s)}'
+            for run, span in zip(chosen.runs, chosen.spans))
+            + f', and {clock_text(at_s)} is outside')
     write_picture(options.output, chosen, _style(options), Frame(number, at_s))
-    say(f'{options.output}: {chosen.runs[number].name} at {clock(at_s)}')
+    say(f'{options.output}: {chosen.runs[number].name} at {clock_text(at_s)}')
     return 0
 
 
@@ -203,7 +203,7 @@ class _Progress:
             return
         self._reported_s = now_s
         left_s = (now_s - self._begin_s) / (done - 1) * (count - done)
-        say(f'{done} of {count} frames, {clock(left_s)[:-3]} left', file=sys.stderr)
+        say(f'{done} of {count} frames, {clock_text(left_s)[:-3]} left', file=sys.stderr)
 
 
 def _views(text: str) -> Tuple[ViewAt, ...]:
@@ -317,6 +317,6 @@ def _span(run: Run, begin: Optional[str], end: Optional[str]) -> PageSpan:
     begin_s = first_s if begin is None else clock_seconds(begin)
     end_s = last_s if end is None else clock_seconds(end)
     if not begin_s < end_s or end_s <= first_s or begin_s >= last_s:
-        raise ValueError(f'{run.name} goes from {clock(first_s)} to {clock(last_s)}, not from '
-                         f'{clock(begin_s)} to {clock(end_s)}')
+        raise ValueError(f'{run.name} goes from {clock_text(first_s)} to {clock_text(last_s)}, '
+                         f'not from {clock_text(begin_s)} to {clock_text(end_s)}')
     return PageSpan(max(begin_s, first_s), min(end_s, last_s))

@@ -16,7 +16,7 @@ from typing import IO, Callable, Dict, List, NamedTuple, Sequence, TextIO, Tuple
 
 import numpy as np
 
-from process_visualizer.health.figures import clock_seconds
+from process_visualizer.figures import clock_seconds
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.shared_page import ChosenSpans, page_of
 from process_visualizer.runs.run import Run

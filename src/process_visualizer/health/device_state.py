@@ -7,7 +7,7 @@ from typing import Collection, Dict, Mapping, NamedTuple, Optional, Sequence, Tu
 
 from process_visualizer.bagio.catalog import CatalogTopic
 from process_visualizer.cell.model import Device, TopicFunction
-from process_visualizer.health.figures import live_rate_text, rate_text
+from process_visualizer.figures import live_rate_text, rate_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, by_node, counted
 from process_visualizer.health.topic_silence import TopicActivity
 from process_visualizer.launching.part_report import (

@@ -9,6 +9,7 @@ from typing import Callable, Dict, Iterator, List, Tuple
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
 from process_visualizer.cell.model import Cell
+from process_visualizer.figures import clock_text
 from process_visualizer.page.number_table import (
     NumberTable,
     joined,
@@ -19,7 +20,6 @@ from process_visualizer.page.number_table import (
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell, run_entry
 from process_visualizer.page.shared_page import ChosenSpans
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 from process_visualizer.runs.run import Run
 from process_visualizer.whole_file import whole_file
@@ -58,7 +58,7 @@ def _opened(chosen: ChosenSpans, run: Run) -> Iterator[Tuple[Recording, Cell]]:
 
 def _tables(chosen: ChosenSpans, rate_hz: float) -> List[NumberTable]:
     if chosen.duration_s * rate_hz > _MAX_ROWS:
-        raise ValueError(f'{clock(chosen.duration_s)} at {rate_hz:g} Hz are more than '
+        raise ValueError(f'{clock_text(chosen.duration_s)} at {rate_hz:g} Hz are more than '
                          f'{_MAX_ROWS} rows; name a part with --from and --to, or a lower --rate')
     found = []
     for run, span in zip(chosen.runs, chosen.spans):

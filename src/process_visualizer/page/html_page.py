@@ -11,6 +11,7 @@ from typing import Any, Dict, NamedTuple, Sequence
 
 import rospkg
 
+from process_visualizer.figures import clock_text
 from process_visualizer.page.packed import Packed
 from process_visualizer.robot.arrows import (
     DEVIATION_COLOR,
@@ -20,7 +21,6 @@ from process_visualizer.robot.arrows import (
     MAX_DEVIATION_M,
     MIN_DEVIATION_M,
 )
-from process_visualizer.runs.comparison.wording import clock
 
 _PACKAGE = 'process_visualizer'
 GHOST_STYLE = {
@@ -63,7 +63,7 @@ def _rendered(name: str, values: Dict[str, Any]) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=jinja2.StrictUndefined)
-    environment.filters['clock'] = clock
+    environment.filters['clock'] = clock_text
     return environment.get_template(name).render(values).lstrip()
 
 

@@ -11,13 +11,14 @@ import numpy as np
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.recording_calibration import saved_poses, with_saved_poses
 from process_visualizer.cell.model import Cell
+from process_visualizer.figures import clock_text
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import Judged, PageCell, run_entry, run_words
 from process_visualizer.runs.comparison.comparison import incomparable
 from process_visualizer.runs.comparison.good_runs import GoodRuns
-from process_visualizer.runs.comparison.wording import band_text, clock
+from process_visualizer.runs.comparison.wording import band_text
 from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 from process_visualizer.runs.run import Run
 
@@ -60,8 +61,8 @@ def page_of(chosen: ChosenSpans, with_clouds: bool = False, worst_first: bool = 
         ValueError: the runs are too long for one page.
     """
     if chosen.duration_s > MAX_S:
-        raise ValueError(f'{clock(chosen.duration_s)} are more than one page can show; name a '
-                         f'part of at most {clock(MAX_S)} with --from and --to, or a run with '
+        raise ValueError(f'{clock_text(chosen.duration_s)} are more than one page can show; name a '
+                         f'part of at most {clock_text(MAX_S)} with --from and --to, or a run with '
                          'BAG#NUMBER')
     return shared_page(chosen.cell, [chosen.judged(it) for it in chosen.runs], chosen.spans,
                        chosen.good, with_clouds=with_clouds, worst_first=worst_first)

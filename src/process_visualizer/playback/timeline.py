@@ -472,13 +472,3 @@ def faster(rate: float) -> float:
 def slower(rate: float) -> float:
     """Return the next slower rate of ``RATES``, in the same direction; if none is, the same."""
     return math.copysign(next((it for it in reversed(RATES) if it < abs(rate)), abs(rate)), rate)
-
-
-def format_time(seconds: float) -> str:
-    """Return a time as m:ss.mmm, or as h:mm:ss.mmm from one hour, rounded to milliseconds."""
-    total_ms = round(abs(seconds) * 1000)
-    minutes, milliseconds = divmod(total_ms, 60_000)
-    hours, minutes = divmod(minutes, 60)
-    sign = '-' if seconds < 0 and total_ms else ''
-    start = f'{hours}:{minutes:02}' if hours else f'{minutes}'
-    return f'{sign}{start}:{milliseconds // 1000:02}.{milliseconds % 1000:03}'

@@ -35,11 +35,11 @@ from typing import (
     Type,
 )
 
+from process_visualizer.figures import clock_text
 from process_visualizer.playback.player_control import PlayerControl, PlayerStatus
 from process_visualizer.playback.timeline import (
     CommandRefused,
     faster,
-    format_time,
     is_too_slow,
     slower,
 )
@@ -95,8 +95,8 @@ def _state(progress: PlayerStatus, symbols: Symbols) -> str:
 
 def _times(progress: PlayerStatus) -> str:
     """Return position and end in a constant number of columns, so that nothing moves."""
-    end = format_time(progress.duration_s)
-    return f'{format_time(progress.position_s).rjust(len(end))} / {end}'
+    end = clock_text(progress.duration_s, 3)
+    return f'{clock_text(progress.position_s, 3).rjust(len(end))} / {end}'
 
 
 def _rates(progress: PlayerStatus, symbols: Symbols) -> str:

@@ -12,6 +12,7 @@ from process_visualizer.bagio.json_text import parsed_json
 from process_visualizer.cell.model import Cell, DeviceType
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live_curves import LiveMark, LiveWindow
+from process_visualizer.figures import clock_text
 from process_visualizer.health.near_objects import seen_objects
 from process_visualizer.msg import DetectedObjects
 from process_visualizer.page.live_clouds import (
@@ -30,7 +31,6 @@ from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
 from process_visualizer.ros_names import SCENE_WATCH
 from process_visualizer.runs.comparison.live_comparison import live_bands
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.serving.cell_alarms import CellAlarms, SeenRecorder
 
 PERIOD_S = 0.04
@@ -58,7 +58,7 @@ class SeenPlayer(NamedTuple):
     def text(self) -> str:
         """Return the state as text."""
         return (f'{self.name} is {"paused" if self.is_paused else "played"} '
-                f'at {clock(self.position_s)}')
+                f'at {clock_text(self.position_s)}')
 
 
 class _Since(NamedTuple):

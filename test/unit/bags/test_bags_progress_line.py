@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from process_visualizer.figures import clock_text
 from process_visualizer.playback.player_control import PlayerStatus
-from process_visualizer.playback.timeline import format_time
 from process_visualizer.player.player_terminal import ASCII, UNICODE, progress_line, symbols_for
 
 PLAYING = PlayerStatus(
@@ -23,12 +23,12 @@ PROGRESSES = st.builds(PlayerStatus, TIMES, TIMES, RATES, st.floats(-16.0, 16.0)
     (3599.9994, '59:59.999'), (3600.0, '1:00:00.000'), (36061.5, '10:01:01.500'),
     (-1.5, '-0:01.500'), (-0.0001, '0:00.000')])
 def test_time(seconds, text):
-    assert format_time(seconds) == text
+    assert clock_text(seconds, 3) == text
 
 
 @given(st.floats(-1e6, 1e6))
 def test_time_can_be_read_back(seconds):
-    text = format_time(seconds)
+    text = clock_text(seconds, 3)
     value = 0.0
     for part in text.lstrip('-').split(':'):
         value = value * 60 + float(part)
@@ -108,8 +108,8 @@ def test_never_wider_than_the_terminal(progress, width, symbols):
 @given(PROGRESSES)
 def test_a_wide_terminal_shows_all(progress):
     line = progress_line(progress, 200)
-    assert format_time(progress.position_s) in line
-    assert format_time(progress.duration_s) in line
+    assert clock_text(progress.position_s, 3) in line
+    assert clock_text(progress.duration_s, 3) in line
     assert (f'{progress.dropped} dropped' in line) == (progress.dropped > 0)
     assert line.endswith(']')
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from made_runs import made_run, progress
 
+from process_visualizer.figures import clock_text
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
 from process_visualizer.runs.comparison.comparison import incomparable
@@ -15,7 +16,7 @@ from process_visualizer.runs.comparison.comparison_text import as_json, as_text
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.unjudged import Missing
-from process_visualizer.runs.comparison.wording import amount, clock, unjudged_texts, verdict
+from process_visualizer.runs.comparison.wording import amount, unjudged_texts, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
 
@@ -183,9 +184,9 @@ def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
 
 
 @pytest.mark.parametrize('time_s, text', [(0.0, '0:00.00'), (6.42, '0:06.42'), (59.999, '1:00.00'),
-                                          (3725.5, '62:05.50'), (-1.5, '-0:01.50')])
+                                          (3725.5, '1:02:05.50'), (-1.5, '-0:01.50')])
 def test_clock(time_s: float, text: str) -> None:
-    assert clock(time_s) == text
+    assert clock_text(time_s) == text
 
 
 def interrupted(run: Run, begin_s: float, end_s: float) -> Run:
@@ -217,7 +218,7 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         found = good.compare(interrupted(made_run(77, speed=1.01), begin_s, end_s))
         assert found.departures == ()
         text = as_text(good, [found])
-        assert f'not judged: anything from {clock(begin_s - 0.4)[:-1]}' in text
+        assert f'not judged: anything from {clock_text(begin_s - 0.4)[:-1]}' in text
         assert json.loads(as_json(good, [found]))['runs'][0]['not_judged']
         notes = run_words(found.run, found, (), PageSpan(0.0, found.run.duration_s))['notes']
         assert any('not judged: anything from ' in it for it in notes)

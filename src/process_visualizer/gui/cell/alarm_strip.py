@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
@@ -29,7 +30,6 @@ from process_visualizer.gui.toolkit.theme import color, set_sheet
 from process_visualizer.gui.toolkit.widgets import ElidedLabel, tool_button
 from process_visualizer.health.alarm_board import Action, Alarm, Condition, events_text
 from process_visualizer.health.device_state import Level
-from process_visualizer.playback.timeline import format_time
 
 # Events since the launcher was opened, and the alarms of the open recording.
 
@@ -76,7 +76,7 @@ class EventsView(TextDialog):
 
 def recorded_text(alarms: RecordedAlarms) -> str:
     """Return the alarms of a recording, each with its place and length."""
-    lines = [f'{format_time(begin_s)}  {device}: {text}, for {end_s - begin_s:.1f} s'
+    lines = [f'{clock_text(begin_s, 3)}  {device}: {text}, for {end_s - begin_s:.1f} s'
              for device, text, begin_s, end_s in alarms]
     return '\n'.join(['In the recording:', *lines]) if lines else ''
 
@@ -315,7 +315,7 @@ def chip_text(alarm: Alarm) -> str:
     """Return the alarm's time (of day, or in the recording), its count, source and text."""
     condition = alarm.condition
     if condition.position_s is not None:
-        since = format_time(condition.position_s)
+        since = clock_text(condition.position_s, 3)
     else:
         since = _of_day(alarm.since_s if alarm.first_s is None else alarm.first_s)
         if alarm.ended_s is not None:

@@ -28,6 +28,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device
+from process_visualizer.figures import count_text
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.icons import icon
@@ -35,7 +36,6 @@ from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain
 from process_visualizer.gui.toolkit.theme import ThemeFollower, color, set_sheet, theme
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.health.device_state import DeviceState, Level, Line
-from process_visualizer.health.figures import count_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, counted
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport
 

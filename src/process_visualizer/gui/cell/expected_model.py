@@ -10,11 +10,11 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.file_edit import PoseEditError, SavedPose
 from process_visualizer.cell.model import Device, Mode, RegionOfInterest
+from process_visualizer.figures import count_text
 from process_visualizer.gui.ros.snapshots import ObjectsSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.expected_objects import LOOK_S, Expectation, expectation
-from process_visualizer.health.figures import count_text
 from process_visualizer.health.near_objects import SILENT_S, SeenObject
 
 _Look = Tuple[float, Tuple[SeenObject, ...]]

@@ -11,6 +11,7 @@ from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Mode
 from process_visualizer.curves.samples import ReadingCanceled
+from process_visualizer.figures import clock_text
 from process_visualizer.film import film
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
@@ -28,7 +29,6 @@ from process_visualizer.runs.comparison.timeline_bands import (
     timeline_bands,
     timeline_moments,
 )
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns, NoCycle
 from process_visualizer.runs.run import Key, Run
 from process_visualizer.whole_file import write_text
@@ -362,7 +362,7 @@ class CompareModel(QObject):
             said = _write_shared(path, ChosenSpans(cell, [listed.run], [span], good, (judged,)),
                                  progress)
             return (f'{os.path.basename(path)} was written: {listed.run.name} from '
-                    f'{clock(span.begin_s)} to {clock(span.end_s)}, {said}.')
+                    f'{clock_text(span.begin_s)} to {clock_text(span.end_s)}, {said}.')
 
         def refuse(error: Exception) -> None:
             if progress is not self._writing or isinstance(error, ReadingCanceled):

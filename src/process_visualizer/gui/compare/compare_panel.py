@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.compare.compare_model import (
     SHARED_ENDINGS,
     Compared,
@@ -42,7 +43,6 @@ from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,
     began,
-    clock,
     unjudged_texts,
     verdict,
 )
@@ -253,7 +253,7 @@ class ComparePanel(QWidget):
     def _ask_where_to_share(self) -> None:
         row = max(self._row, 0)
         listed, span = self._model.runs[row], self._model.shared_span(row)  # may change meanwhile
-        title = f'Share {listed.run.name}, {clock(span.begin_s)} to {clock(span.end_s)}'
+        title = f'Share {listed.run.name}, {clock_text(span.begin_s)} to {clock_text(span.end_s)}'
         dialog = QFileDialog(self, title, _proposed_path(listed), _KINDS)
         dialog.setObjectName('share_dialog')
         dialog.setAttribute(Qt.WA_DeleteOnClose)
@@ -290,7 +290,7 @@ def _proposed_path(listed: ListedRun) -> str:
 
 
 def _run_row(listed: ListedRun) -> QTreeWidgetItem:
-    item = QTreeWidgetItem([listed.run.name, clock(listed.run.begin_s)])
+    item = QTreeWidgetItem([listed.run.name, clock_text(listed.run.begin_s)])
     item.setToolTip(0, plain_tip(listed.path))
     item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
     return item
@@ -298,7 +298,7 @@ def _run_row(listed: ListedRun) -> QTreeWidgetItem:
 
 def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     begin_s = comparison.run.begin_s + comparison.run_s(departure.onset_s)
-    item = QTreeWidgetItem([departure.signal.name, clock(begin_s), amount(departure)])
+    item = QTreeWidgetItem([departure.signal.name, clock_text(begin_s), amount(departure)])
     item.setData(0, Qt.UserRole, begin_s)
     hint = (f'{departure.signal.name}, {amount(departure)}\n'
             f'{began(comparison, departure)}\nClick to go there')
@@ -309,7 +309,7 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
 
 def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
     ended = time.localtime(run.ended_s)
-    item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock(run.ended_s - run.began_s),
+    item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock_text(run.ended_s - run.began_s),
                             run.verdict])
     color_row(item, 2, 'good' if run.is_good else 'warning' if run.is_good_in_part else 'bad')
     hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
@@ -333,7 +333,7 @@ def _short_verdict(found: Optional[Comparison]) -> str:
     if not found.departures:
         return verdict(found)
     first = found.departures[0]
-    return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
+    return f'{first.signal.name} from {clock_text(found.run.begin_s + found.run_s(first.onset_s))}'
 
 
 def _summary(compared: Compared) -> str:

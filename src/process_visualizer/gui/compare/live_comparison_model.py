@@ -11,6 +11,7 @@ import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.curves.live_curves import MAX_S, LiveCurve, LiveWindow
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.compare.compare_model import CompareModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
@@ -27,7 +28,6 @@ from process_visualizer.runs.comparison.live_comparison import (
     finished_run,
 )
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
-from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.signals import Signal
 from process_visualizer.runs.run import Key
 
@@ -332,7 +332,7 @@ def _earliest(before: Tuple[LiveDeparture, ...],
 def _place(phase: PhaseSnapshot) -> str:
     """Return the place of the run in words, such as "reference at 0:06.42, 0.4 s behind"."""
     assert phase.reference_s is not None
-    place = f'reference at {clock(phase.reference_s)}'
+    place = f'reference at {clock_text(phase.reference_s)}'
     if phase.behind_s is None or abs(phase.behind_s) < 0.05:
         return place
     return f'{place}, {abs(phase.behind_s):.1f} s {"behind" if phase.behind_s > 0.0 else "ahead"}'

@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.bagio.catalog import Catalog, CatalogTopic
+from process_visualizer.figures import clock_text, count_text, size_text
 from process_visualizer.gui.playback.bag_model import BagModel, PlayedTopics
 from process_visualizer.gui.recording.topic_list import TopicTree
 from process_visualizer.gui.toolkit.icons import icon
@@ -29,8 +30,6 @@ from process_visualizer.gui.toolkit.labels import html_label, plain_label, plain
 from process_visualizer.gui.toolkit.theme import ThemeFollower, theme
 from process_visualizer.gui.toolkit.widgets import FoldButton, color_row, in_column, in_row
 from process_visualizer.health.device_state import recorded_rate_text
-from process_visualizer.health.figures import count_text, size_text
-from process_visualizer.playback.timeline import format_time
 
 _NAME, _COUNT, _RATE, _TYPE = range(4)
 _MAX_ROWS = 8
@@ -285,7 +284,7 @@ def facts_of(found: Catalog) -> str:
     """Return length, size and date of a recording in one line."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     is_recent = begin.year == datetime.now().year
-    parts = [format_time(found.duration_s), size_text(found.size_bytes),
+    parts = [clock_text(found.duration_s, 3), size_text(found.size_bytes),
              begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
     return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
 

@@ -16,6 +16,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.position_values import Key, key_of
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.compare.compare_model import BandsModel
 from process_visualizer.gui.lanes.curves_dialog import CurvesDialog
 from process_visualizer.gui.lanes.lanes_timeline import framed
@@ -32,7 +33,6 @@ from process_visualizer.gui.toolkit.theme import set_sheet
 from process_visualizer.gui.toolkit.widgets import MeaningGuard, in_column
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearSpan, times
-from process_visualizer.playback.timeline import format_time
 
 
 class CurvesRow(QWidget):
@@ -134,7 +134,7 @@ class PlaybackPanel(QWidget):
         dialog = QInputDialog(self)
         dialog.setObjectName('mark_label')
         dialog.setWindowTitle('Add a mark')
-        dialog.setLabelText(f'Mark label at {format_time(position_s)}:')
+        dialog.setLabelText(f'Mark label at {clock_text(position_s, 3)}:')
         dialog.textValueSelected.connect(
             lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
         dialog.open()

@@ -20,6 +20,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QApplication, QMenu, QScrollBar, QToolTip, QWidget
 
 from process_visualizer.curves.position_values import Key
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.lanes import timeline_header as header
 from process_visualizer.gui.lanes.lane_choice import LaneChoices
 from process_visualizer.gui.lanes.lane_scale import SIDE
@@ -40,7 +41,6 @@ from process_visualizer.gui.playback.playback_state import LoopPoints, PlacedMar
 from process_visualizer.gui.toolkit.labels import plain_tip
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.playback.timeline import format_time
 from process_visualizer.runs.comparison.timeline_bands import MomentKind, ReferenceMoment
 
 
@@ -49,7 +49,7 @@ def timeline_menu(parent: QWidget, playback: PlaybackModel, zoom: TimelineZoom, 
     """Return the menu for a time [s], not yet open."""
     menu = QMenu(parent)
     menu.setObjectName('timeline_menu')
-    menu.addAction(f'Go to {format_time(time_s)}', lambda: playback.seek(time_s))
+    menu.addAction(f'Go to {clock_text(time_s, 3)}', lambda: playback.seek(time_s))
     menu.addSeparator()
     menu.addAction('Loop from here (A)', lambda: playback.set_loop_begin(time_s))
     menu.addAction('Loop to here (B)', lambda: playback.set_loop_end(time_s))
@@ -95,7 +95,7 @@ def with_dragged(moments: Tuple[ReferenceMoment, ...], row: int,
 
 def moment_tip(moment: ReferenceMoment) -> str:
     """Return the text of a moment's tooltip."""
-    return f'{format_time(moment.position_s)}  ' + _TIPS[moment.kind].format(moment.label)
+    return f'{clock_text(moment.position_s, 3)}  ' + _TIPS[moment.kind].format(moment.label)
 
 
 def draw_moments(
@@ -265,7 +265,7 @@ class TimelineView(LanesTimeline):
         hover_s = self.hover_s
         if hover_s is not None:
             away = f'Δ {hover_s - position_s:+.3f} s'.replace('-', '−')  # after or before position
-            text = f'{format_time(hover_s)}  {away}'
+            text = f'{clock_text(hover_s, 3)}  {away}'
             header.draw_hover(painter, axis, hover_s, text, bottom)
 
     def _loop(self) -> Optional[header.Loop]:
@@ -373,7 +373,7 @@ class TimelineView(LanesTimeline):
         text = ''
         if target.kind == 'mark':
             mark = self._marks[target.mark]
-            text = f'{format_time(mark.position_s)}  {mark.label}'
+            text = f'{clock_text(mark.position_s, 3)}  {mark.label}'
         elif target.kind == 'moment':
             text = moment_tip(self._moments[target.mark])
         elif TRACK_TOP <= event.pos().y() < AXIS_TOP:

@@ -19,12 +19,13 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.figures import clock_text
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.playback_state import MESSAGE, TIMES, StepUnit
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
 from process_visualizer.gui.toolkit.theme import set_sheet, tabular_font, theme
-from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, RATES, format_time
+from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE, RATES
 
 
 class RateBox(QDoubleSpinBox):
@@ -206,7 +207,7 @@ class TimeLabel(QLabel):
 
     def show_time(self, position_s: float, duration_s: float) -> None:
         """Show a position and a length [s]."""
-        self._show(format_time(position_s), format_time(duration_s))
+        self._show(clock_text(position_s, 3), clock_text(duration_s, 3))
 
     def sizeHint(self) -> QSize:
         """Return the size of the text, which depends only on the length of the recording."""

@@ -13,11 +13,11 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.outputs import recorded_outputs
 from process_visualizer.clients.bag_recorder import RecordingOptions
+from process_visualizer.figures import long_time_text, size_text
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import NewestCall, Tasks
-from process_visualizer.health.figures import long_time_text, size_text
 from process_visualizer.health.topic_silence import TopicWatch
 
 FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')

@@ -23,6 +23,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.figures import clock_text, count_text, size_text
 from process_visualizer.gui.recording.recording_choices import (
     DiskRoom,
     NameChoice,
@@ -66,7 +67,6 @@ from process_visualizer.gui.toolkit.widgets import (
     small,
     tool_button,
 )
-from process_visualizer.health.figures import clock_text, count_text, size_text
 
 _CLOCK_PERIOD_MS = 100
 _BUTTON_ICON_PX = 20
@@ -129,7 +129,7 @@ class RecordBar(QFrame):
             self._timer.start() if is_recording else self._timer.stop()
 
     def _show_clock(self) -> None:
-        text = clock_text(self._model.elapsed_s)
+        text = clock_text(self._model.elapsed_s, 1)
         if text != self._clock.text():
             self._clock.setText(text)
 
@@ -340,7 +340,7 @@ def _while_silent(state: RecordingState) -> Notice:
 
 
 def _mark_lines(marks: Sequence[RecordedMark]) -> str:
-    return '\n'.join(f'{clock_text(it.time_s)}  {it.label}' for it in marks)
+    return '\n'.join(f'{clock_text(it.time_s, 1)}  {it.label}' for it in marks)
 
 
 def _while_recording(model: RecordingModel) -> Notice:
@@ -354,7 +354,7 @@ def _while_recording(model: RecordingModel) -> Notice:
     if not marks:
         return Notice('', f'Into {os.path.basename(path)}', path)
     last = marks[-1]
-    text = f'{last.label} at {clock_text(last.time_s)}{"" if last.is_written else "…"}'
+    text = f'{last.label} at {clock_text(last.time_s, 1)}{"" if last.is_written else "…"}'
     return Notice('mark', text, _mark_lines(marks))
 
 

@@ -7,6 +7,7 @@ from typing import Dict, List, Optional, Tuple
 from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
 from PyQt5.QtWidgets import QHeaderView, QSizePolicy, QTreeWidget, QTreeWidgetItem, QWidget
 
+from process_visualizer.figures import count_text, live_rate_text, long_time_text
 from process_visualizer.gui.recording.recording_choices import (
     RecordingChoices,
     TopicHealth,
@@ -24,7 +25,6 @@ from process_visualizer.gui.toolkit.widgets import (
     small,
     tool_button,
 )
-from process_visualizer.health.figures import count_text, live_rate_text, long_time_text
 
 
 class TopicTree(QTreeWidget):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple
 
-from process_visualizer.playback.timeline import format_time
+from process_visualizer.figures import clock_text
 
 _STEPS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0,
             60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0, 43200.0, 86400.0)
@@ -56,7 +56,7 @@ class TimeAxis(NamedTuple):
 
 def tick_label(time_s: float, step_s: float) -> str:
     """Return a time as m:ss, with as many decimals as the step between ticks needs."""
-    text = format_time(time_s)
+    text = clock_text(time_s, 3)
     if step_s >= 1.0:
         return text[:-4]
     kept = 1 if step_s >= 0.1 else 2 if step_s >= 0.01 else 3

@@ -21,9 +21,10 @@ from typing import (
 import numpy as np
 
 from process_visualizer.bagio.json_text import finite_number, parsed_json
+from process_visualizer.figures import clock_text
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBand
-from process_visualizer.runs.comparison.wording import clock, quantity
+from process_visualizer.runs.comparison.wording import quantity
 from process_visualizer.runs.deviation.band import SignalBand, beyond, widened
 from process_visualizer.runs.deviation.departures import outside, outside_since
 from process_visualizer.runs.deviation.signals import (
@@ -431,18 +432,19 @@ class FinishedRun(NamedTuple):
     @property
     def verdict(self) -> str:
         """Return the verdict in words."""
-        end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
+        end = [] if self.broken_off_s is None else [
+            f'broken off at {clock_text(self.broken_off_s)}']
         if self.watched_until_s is not None:
-            end.append(f'not compared after {clock(self.watched_until_s)}')
+            end.append(f'not compared after {clock_text(self.watched_until_s)}')
         if not self.is_judged:
             return ', '.join(['no data', *end])
         if self.lost_from_s is not None:
-            end.append(f'no data from {clock(self.lost_from_s)} on')
+            end.append(f'no data from {clock_text(self.lost_from_s)} on')
         elif self.unjudged and not self.departed:
             more = len(self.unjudged) - _MAX_UNJUDGED
             end.append(f'no data of {", ".join(self.unjudged[:_MAX_UNJUDGED])}'
                        + (f' and {more} more' if more > 0 else ''))
-        since = '' if self.seen_from_s is None else f' from {clock(self.seen_from_s)} on'
+        since = '' if self.seen_from_s is None else f' from {clock_text(self.seen_from_s)} on'
         return ', '.join([f'out of range: {"; ".join(self.departed)}' if self.departed
                           else f'in range{since}', *end])
 
@@ -572,4 +574,4 @@ class LiveRuns:
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
     beyond = quantity(departure.signal, departure.beyond, sign=True, digits=2)
-    return f'{departure.signal.name} {beyond} from {clock(from_s)}'
+    return f'{departure.signal.name} {beyond} from {clock_text(from_s)}'

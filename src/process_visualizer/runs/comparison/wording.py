@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Dict, List, Optional, Tuple
 
+from process_visualizer.figures import clock_text
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.features import phase_at
 from process_visualizer.runs.comparison.unjudged import Missing
@@ -27,12 +28,6 @@ _SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
 """Words for the place of a tool: for values above 0, and below."""
 
 
-def clock(time_s: float) -> str:
-    """Return a time as minutes and seconds, such as 0:06.42."""
-    sign, hundredths = '-' if time_s < -0.005 else '', round(abs(time_s) * 100)
-    return f'{sign}{hundredths // 6000}:{hundredths % 6000 / 100:05.2f}'
-
-
 def moment(comparison: Comparison, reference_s: float) -> str:
     """Return a time of the reference as the run's, with the event before it.
 
@@ -40,7 +35,7 @@ def moment(comparison: Comparison, reference_s: float) -> str:
     """
     run = comparison.run
     run_s = comparison.run_s(reference_s)
-    text = clock(run.begin_s + run_s)
+    text = clock_text(run.begin_s + run_s)
     before = [event for event in run.events if run_s - _NEAR_EVENT_S < event.time_s <= run_s + 0.05]
     if not before:
         return text
@@ -68,7 +63,7 @@ def _between(comparison: Comparison, departure: Departure) -> str:
     latest_s = departure.onset_s + departure.uncertainty_s
     if not departure.signal.period_s:  # it began at the latest when it left
         latest_s = min(latest_s, max(departure.left_s, departure.onset_s))
-    end = clock(comparison.run.begin_s + comparison.run_s(latest_s))
+    end = clock_text(comparison.run.begin_s + comparison.run_s(latest_s))
     every = f', with a value every {departure.signal.period_s:g} s' if departure.signal.period_s \
         else ''
     return f'between {moment(comparison, earliest_s)} and {end}{every}'
@@ -91,7 +86,8 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
     texts = []
     for (name, why), known in stretches.items():
         if why is not Missing.SELDOM:
-            named = ', '.join(f'{clock(begin_s)} to {clock(end_s)}' for begin_s, end_s in known[:3])
+            named = ', '.join(f'{clock_text(begin_s)} to {clock_text(end_s)}'
+                              for begin_s, end_s in known[:3])
             more = f' and {len(known) - 3} more' if len(known) > 3 else ''
             texts.append(f'not judged: {name} from {named}{more} ({why.value})')
     seldom = [name for name, why in stretches if why is Missing.SELDOM]
@@ -107,7 +103,7 @@ def nearest_text(comparison: Comparison) -> str:
         return ''
     time_s = comparison.run_s(nearest.time_s)
     return (f'{nearest.signal.name}, {100 * nearest.share:.0f} % of its band at '
-            f'{clock(comparison.run.begin_s + time_s)} ({phase_at(comparison.run, time_s)})')
+            f'{clock_text(comparison.run.begin_s + time_s)} ({phase_at(comparison.run, time_s)})')
 
 
 def amount(departure: Departure) -> str:

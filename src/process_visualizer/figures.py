@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Formatting of figures for the operator."""
+"""Figures as text for people: sizes, counts, times, rates."""
 from __future__ import annotations
 
 import re
@@ -27,13 +27,15 @@ def count_text(count: int, thing: str = '') -> str:
     return f'{number} {thing}{"" if count == 1 else "s"}' if thing else number
 
 
-def clock_text(seconds: float) -> str:
-    """Return an elapsed time as m:ss.d or h:mm:ss.d."""
-    tenths = int(seconds * 10 + 1e-6)
-    minutes, rest = divmod(tenths, 600)
+def clock_text(seconds: float, decimals: int = 2) -> str:
+    """Return a time as m:ss or, from one hour on, h:mm:ss, with decimals, such as 0:06.42."""
+    per_s = 10 ** decimals
+    minutes, rest = divmod(round(abs(seconds) * per_s), 60 * per_s)
     hours, minutes = divmod(minutes, 60)
-    text = f'{minutes:02d}' if hours else str(minutes)
-    return (f'{hours}:' if hours else '') + f'{text}:{rest // 10:02d}.{rest % 10}'
+    sign = '-' if seconds < 0.0 and (hours or minutes or rest) else ''
+    begin = f'{hours}:{minutes:02d}' if hours else str(minutes)
+    return f'{sign}{begin}:{rest // per_s:02d}' + (
+        f'.{rest % per_s:0{decimals}d}' if decimals else '')
 
 
 def clock_seconds(text: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from process_visualizer.health.figures import (
+from process_visualizer.figures import (
     clock_seconds,
     clock_text,
     count_text,
@@ -20,8 +20,8 @@ from process_visualizer.health.figures import (
     (size_text(999_600), '1.0 MB'), (size_text(213e9), '213 GB'), (size_text(5e15), '5000 TB'),
     (count_text(1, 'message'), '1 message'), (count_text(18230, 'message'), '18 230 messages'),
     (count_text(0), '0'),
-    (clock_text(0), '0:00.0'), (clock_text(3.61), '0:03.6'), (clock_text(65.3), '1:05.3'),
-    (clock_text(3600 + 125.0), '1:02:05.0'),
+    (clock_text(0, 1), '0:00.0'), (clock_text(3.61, 1), '0:03.6'), (clock_text(65.3, 1), '1:05.3'),
+    (clock_text(3600 + 125.0, 1), '1:02:05.0'),
     (long_time_text(42.9), '42 s'), (long_time_text(299), '4 min'),
     (long_time_text(5 * 3600 + 12 * 60 + 5), '5 h 12 min'), (long_time_text(72 * 3600), '3 days'),
     (long_time_text(1e9), 'more than 4 days'),
