@@ -612,7 +612,7 @@ void ObjectTracks::forget(double stamp, const IsHidden& is_hidden) {
     if (track.seen == stamp) return false;
     if (!track.is_sure) return true;
     if (is_hidden(track.predictedAt(stamp))) track.hidden = stamp;
-    return stamp - track.hidden > kLongestOcclusion;
+    return stamp - track.hidden > kKeptUnseen;
   };
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), isGone), tracks_.end());
 }

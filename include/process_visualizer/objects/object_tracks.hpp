@@ -66,7 +66,7 @@ std::vector<std::optional<std::size_t>> bestPairs(const Eigen::MatrixXf& costs);
 /// from the opposite one as it is known to be; between two that are hidden, the box stays where it
 /// is expected as far as what is seen of it permits.
 /// \param expected  the whole object where it is thought to be
-UprightBox completed(const UprightBox& expected, const FoundObject& found);
+UprightBox completed(const UprightBox& predicted, const FoundObject& found);
 
 /// An object that is followed from cloud to cloud.
 struct TrackedObject {
@@ -83,8 +83,8 @@ struct TrackedObject {
 ///
 /// What is new and seen in three clouds in a row is an object; until then it may be noise, and is
 /// shown only if it is large, as unconfirmed: what moves fast is gone after three clouds. One that
-/// is not seen is remembered for `kLongestOcclusion`, and as long as its place is hidden. A part of
-/// an object beside something that hides the rest is no new one. Nothing is remembered across a
+/// is not seen is remembered for `kKeptUnseen`, and as long as its place is hidden. A part of an
+/// object beside something that hides the rest is no new one. Nothing is remembered across a
 /// jump of time: a cloud that is older than the last one, or much younger.
 class ObjectTracks {
  public:
@@ -100,7 +100,8 @@ class ObjectTracks {
 
   /// \param stamp  of the cloud, s
   /// \param distance_of  for objects of which less is seen than before; a robot goes on moving
-  /// while it hides one \return all objects that have a number, in its order
+  ///                     while it hides one
+  /// \return all objects that have a number, in its order
   std::vector<TrackedObject> update(
       double stamp, const std::vector<FoundObject>& found,
       const IsHidden& is_hidden = [](const UprightBox&) { return false; },
@@ -109,7 +110,7 @@ class ObjectTracks {
   /// Forgets everything; numbers begin with 1 again.
   void reset();
 
-  static constexpr double kLongestOcclusion = 0.6;  ///< s, while its place is seen
+  static constexpr double kKeptUnseen = 0.6;  ///< s, while its place is seen
 
  private:
   struct Track {
@@ -128,12 +129,12 @@ class ObjectTracks {
 
     UprightBox predictedAt(double stamp) const;
     float farthestAt(double stamp) const;
-    bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
+    bool isPartOf(const UprightBox& predicted, const FoundObject& found) const;
     bool stands() const;
     bool mayBeSomebody() const;
-    bool mayBeRestOf(const UprightBox& expected, const FoundObject& found) const;
-    bool mayBePartOf(const UprightBox& expected, const UprightBox& found) const;
-    UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
+    bool mayBeRestOf(const UprightBox& predicted, const FoundObject& found) const;
+    bool mayBePartOf(const UprightBox& predicted, const UprightBox& found) const;
+    UprightBox measured(const UprightBox& predicted, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
     void add(const FoundObject& part);
     void keepPlaces(const UprightBox& before, const FoundObject& found);
