@@ -12,6 +12,7 @@ from process_visualizer.runs.comparison.live_comparison import (
     LiveDeparture,
     LiveRuns,
     finished_run,
+    with_rest,
 )
 from process_visualizer.runs.deviation.signals import Signal, SignalKind
 
@@ -94,6 +95,26 @@ def test_a_run_that_is_no_longer_watched_is_not_called_broken_off(following: Fol
     following.pass_(LENGTH_S, 0.0)
     ended = following.runs.end(is_watched=False)
     assert ended is not None and ended.verdict == 'in range'
+
+
+def test_a_run_during_which_nodes_were_restarted_is_one(following: Following) -> None:
+    following.pass_(4.1, 0.0, beyond=3.0)
+    begun = following.runs.end(is_watched=False)
+    following.now_s += 2.0
+    following.pass_(LENGTH_S - 6.1, 6.1)
+    rest = following.runs.end()
+    assert begun is not None and rest is not None
+    whole = with_rest(begun, rest)
+    assert whole is not None and whole.began_s == begun.began_s and whole.ended_s == rest.ended_s
+    assert whole.verdict.endswith(', not compared from 0:04.00 to 0:06.10')
+    assert whole.departed == begun.departed and not whole.is_good
+    assert finished_run(json.loads(json.dumps(whole.settings()))) == whole
+    good = with_rest(begun._replace(departed=()), rest)
+    assert good is not None and good.verdict == 'in range, not compared from 0:04.00 to 0:06.10'
+    assert good.is_good_in_part
+    for other in (rest._replace(began_s=rest.began_s + 5.0), rest._replace(seen_from_s=None),
+                  rest._replace(reference='b.bag#1')):
+        assert with_rest(begun, other) is None
 
 
 def test_a_run_that_was_not_compared_from_its_beginning(following: Following) -> None:

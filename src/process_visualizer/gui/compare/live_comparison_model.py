@@ -26,6 +26,7 @@ from process_visualizer.runs.comparison.live_comparison import (
     beyond_text,
     departure_text,
     finished_run,
+    with_rest,
 )
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.deviation.signals import Signal
@@ -262,9 +263,12 @@ class LiveComparisonModel(QObject):
         self.changed.emit()
 
     def _finish(self, run: Optional[FinishedRun]) -> None:
-        if run is not None:
-            self._finished = (*self._finished, run)[-_MAX_FINISHED:]
-            self.run_finished.emit()
+        if run is None:
+            return
+        whole = with_rest(self._finished[-1], run) if self._finished else None
+        kept = self._finished if whole is None else self._finished[:-1]
+        self._finished = (*kept, whole or run)[-_MAX_FINISHED:]
+        self.run_finished.emit()
 
     def _forget(self) -> None:
         self._newest, self._departures, self._has_common = None, (), True

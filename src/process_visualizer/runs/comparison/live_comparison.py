@@ -391,6 +391,8 @@ _LOST_S = 5.0
 _MAX_UNJUDGED = 2
 _UNJUDGED_S, _UNJUDGED_SHARE = 0.5, 0.05
 """Time without values that a verdict need not mention [s], and as a share of the run."""
+_SAME_RUN_S = 2.0
+"""Maximum difference between the times that passed in a run and in its reference [s]."""
 _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 """Parts of the reference that may be missing at the beginning and end of a whole run [s]."""
 
@@ -402,7 +404,8 @@ class FinishedRun(NamedTuple):
     early; ``seen_from_s``, from which on it was compared, if not from the beginning;
     ``lost_from_s``, from which on there were no values until its end; ``watched_until_s``, at which
     the comparison ended, while the run may have gone on. ``unjudged`` names channels that lacked
-    values for a part of the run, each with how long.
+    values for a part of the run, each with how long. ``unwatched_s`` are the stretches of the
+    reference (begin and end) in which nothing was compared, because nodes were restarted.
     """
 
     began_s: float
@@ -415,25 +418,29 @@ class FinishedRun(NamedTuple):
     lost_from_s: Optional[float] = None
     watched_until_s: Optional[float] = None
     unjudged: Tuple[str, ...] = ()
+    unwatched_s: Tuple[Tuple[float, float], ...] = ()
 
     @property
     def is_good(self) -> bool:
         """Return whether the whole run was judged, and nothing was out of range."""
         return (self.is_judged and not self.departed and self.broken_off_s is None
                 and self.seen_from_s is None and self.watched_until_s is None
-                and not self.unjudged)
+                and not self.unjudged and not self.unwatched_s)
 
     @property
     def is_good_in_part(self) -> bool:
         """Return whether a part of the run is missing or not judged, and the rest was in range."""
         return not self.is_good and self._replace(
-            seen_from_s=None, unjudged=(), broken_off_s=None, watched_until_s=None).is_good
+            seen_from_s=None, unjudged=(), broken_off_s=None, watched_until_s=None,
+            unwatched_s=()).is_good
 
     @property
     def verdict(self) -> str:
         """Return the verdict in words."""
         end = [] if self.broken_off_s is None else [
             f'broken off at {clock_text(self.broken_off_s)}']
+        end += [f'not compared from {clock_text(begin_s)} to {clock_text(end_s)}'
+                for begin_s, end_s in self.unwatched_s]
         if self.watched_until_s is not None:
             end.append(f'not compared after {clock_text(self.watched_until_s)}')
         if not self.is_judged:
@@ -450,7 +457,8 @@ class FinishedRun(NamedTuple):
 
     def settings(self) -> Dict[str, Any]:
         """Return the settings that ``finished_run`` needs."""
-        return dict(self._asdict(), departed=list(self.departed), unjudged=list(self.unjudged))
+        return dict(self._asdict(), departed=list(self.departed), unjudged=list(self.unjudged),
+                    unwatched_s=list(map(list, self.unwatched_s)))
 
 
 def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
@@ -466,7 +474,27 @@ def finished_run(settings: Mapping[str, Any]) -> FinishedRun:
                        str(settings['reference']), tuple(str(it) for it in settings['departed']),
                        bool(settings['is_judged']), broken_off_s, seen_from_s, lost_from_s,
                        watched_until_s,
-                       tuple(str(it) for it in settings.get('unjudged', ())))
+                       tuple(str(it) for it in settings.get('unjudged', ())),
+                       tuple((float(begin_s), float(end_s))
+                             for begin_s, end_s in settings.get('unwatched_s', ())))
+
+
+def with_rest(run: FinishedRun, rest: FinishedRun) -> Optional[FinishedRun]:
+    """Return a run that was watched again after an interruption as one; None if it is another one.
+
+    ``rest`` was seen next. It is of the same run if as much time has passed as in the reference.
+    """
+    if run.watched_until_s is None or rest.seen_from_s is None or run.reference != rest.reference:
+        return None
+    missed_s = rest.seen_from_s - run.watched_until_s
+    if missed_s <= 0.0 or abs(rest.began_s - run.ended_s - missed_s) > _SAME_RUN_S:
+        return None
+    return rest._replace(
+        began_s=run.began_s, departed=(*run.departed, *rest.departed),
+        is_judged=run.is_judged or rest.is_judged, seen_from_s=run.seen_from_s,
+        unjudged=(*run.unjudged, *rest.unjudged),
+        unwatched_s=(*run.unwatched_s, (run.watched_until_s, rest.seen_from_s),
+                     *rest.unwatched_s))
 
 
 class _Run(NamedTuple):
