@@ -85,10 +85,10 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
         return _without_master(wanted, error)
     if said.listens is None:
         raise CellNotFound((no_cell(uri),))
-    port = int(said.listens.rpartition(':')[2])
-    is_own = is_loopback(said.listens.rpartition(':')[0]) and (
-        is_loopback(wanted.host) or is_here(wanted.host))
-    host = '127.0.0.1' if is_own else wanted.host
+    listens, _, last = said.listens.rpartition(':')
+    port = int(last)
+    is_own = is_loopback(listens) and (is_loopback(wanted.host) or is_here(wanted.host))
+    host = listens if is_own else wanted.host
     problem = _problem_at(host, port)
     if is_own and isinstance(problem, ConnectionRefusedError):
         raise CellNotFound((relay_ended(uri, said.listens),))
