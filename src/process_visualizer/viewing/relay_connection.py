@@ -201,7 +201,7 @@ class RelayConnection:
         lasting_s = max(_CONNECT_S, 4.0 * self.clock.answer_s)
         begin_s = next_s = time.monotonic()
         attempts: Deque[Tuple[float, socket.socket]] = deque()
-        count = 0
+        count, problem = 0, None
         try:
             while not self._closed.is_set():
                 now_s = time.monotonic()
@@ -214,9 +214,10 @@ class RelayConnection:
                     ready = select.select([], [it for _, it in attempts], [], next_s - now_s)[1]
                     if ready:
                         return _answered(ready[0].dup(), lasting_s)
-                except OSError:
+                except OSError as error:
+                    problem = problem or error
                     if count >= len(addresses):
-                        raise
+                        raise problem from None
                     next_s = now_s  # another address may take the connection
                     while attempts:
                         attempts.pop()[1].close()
@@ -239,7 +240,8 @@ class RelayConnection:
         for frame in asked:
             self._send(frame)
         talk = _Talk(self, self._listener)
-        received, heard_s, ping_s, stood_s = -len(GREETING), time.monotonic(), 0.0, 0.0
+        received, heard_s, ping_s = -len(GREETING), time.monotonic(), 0.0
+        stood_s, moves_since_s = 0.0, float('-inf')
         while not self._closed.is_set():
             now_s = time.monotonic()
             if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
@@ -249,12 +251,14 @@ class RelayConnection:
                 ping_s = now_s + _PING_S
                 self._send(number_frame(Kind.PING, time.time_ns()))
             has_data = select.select([connection], [], [], max(0.0, ping_s - now_s))[0]
-            stood_s = max(stood_s, time.monotonic() - now_s)
+            if time.monotonic() - now_s > _STOOD_S:
+                stood_s, moves_since_s = time.monotonic() - now_s, time.monotonic()
             if not has_data:
                 continue
             data = connection.recv(_RECEIVED_BYTES)
             if not data:
-                return ENDED if stood_s < _STOOD_S else STOOD.format(stood_s)
+                has_stood = time.monotonic() - moves_since_s < _STOOD_S
+                return STOOD.format(stood_s) if has_stood else ENDED
             heard_s = time.monotonic()
             received += len(data)
             if received > 0:
