@@ -76,10 +76,11 @@ class ToolForce(NamedTuple):
 
 
 class RunEvent(NamedTuple):
-    """A moment of the process in a run [s from the run's start]."""
+    """A moment of the process in a run [s from the run's start]; a mark is set by an operator."""
 
     name: str
     time_s: float
+    is_mark: bool = False
 
 
 class RunPhase(NamedTuple):
@@ -159,7 +160,7 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     """Return the part of a run between two of its times [s]."""
     channels = tuple(_cut_channel(channel, begin_s, end_s) for channel in run.channels)
     motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
-    events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
+    events = tuple(event._replace(time_s=event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
     forces, torques = (tuple(_cut_force(it, begin_s, end_s) for it in vectors)
                        for vectors in (run.forces, run.torques))

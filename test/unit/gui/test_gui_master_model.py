@@ -212,6 +212,14 @@ def test_a_picture_that_is_seconds_old_is_told(drawing: Drawing) -> None:
     assert drawing.watch.picture_age_s == 0.0
 
 
+def test_an_rviz_that_hangs_is_not_said_to_be_slow(drawing: Drawing) -> None:
+    drawing.look(10, draws=True)
+    drawing.look(20)
+    assert drawing.found == [RVIZ_SILENT] and drawing.watch.picture_age_s == 0.0
+    drawing.look(1, draws=True)
+    assert drawing.watch.picture_age_s == 0.0
+
+
 def test_rviz_is_not_missed_before_it_has_drawn_or_while_it_is_stopped(drawing: Drawing) -> None:
     drawing.look(20)
     drawing.look(1, draws=True)

@@ -66,6 +66,17 @@ def test_a_jump_of_the_player_is_followed_at_once() -> None:
     assert position.at(1000.2) == 2.0
 
 
+@pytest.mark.parametrize('rate', [1.0, 16.0])
+def test_a_player_that_hung_is_behind_its_own_first_state(rate: float) -> None:
+    """It told where it should have been, and then went on from where it was."""
+    playing = PLAYING._replace(rate=rate, achieved_rate=rate)
+    position = position_of(playing)
+    position.take(playing._replace(position_s=5.0 + 3.0 * rate, stamp_s=1003.0))
+    assert position.at(1003.0) > 7.9
+    position.take(playing._replace(position_s=5.1, stamp_s=1003.1))
+    assert position.at(1003.1) == pytest.approx(5.1)
+
+
 def test_pausing_tells_the_exact_position_even_if_it_lies_behind() -> None:
     position = position_of(PLAYING)
     position.at(1000.2)

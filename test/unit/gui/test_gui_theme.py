@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PyQt5.QtGui import QColor, QPalette
-from PyQt5.QtWidgets import QLabel, QTreeWidget, QTreeWidgetItem
+from PyQt5.QtWidgets import QLabel, QToolTip, QTreeWidget, QTreeWidgetItem
 
 from process_visualizer.gui.app.launcher_app import ThemeChoice, Wanted
 from process_visualizer.gui.app.settings import Settings
@@ -16,6 +16,7 @@ from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme import (
     DARK,
     LIGHT,
+    STYLE_SHEET,
     DesktopTheme,
     ThemeFollower,
     apply_theme,
@@ -44,6 +45,16 @@ def test_the_palette_says_which_theme_there_is(app) -> None:
     assert theme() == LIGHT
     apply_theme(app, DARK)
     assert theme() == DARK
+
+
+def test_tool_tips_have_the_colors_of_the_theme(app) -> None:
+    """Qt keeps those of the first one: light text on white after a change to dark."""
+    for wanted in (DARK, LIGHT, DARK):
+        apply_theme(app, wanted)
+        tip = QToolTip.palette()
+        assert [tip.color(it).name() for it in (QPalette.Base, QPalette.Text)] == [
+            wanted.paper, wanted.text]
+    assert 'QToolTip { background: palette(base); color: palette(text)' in STYLE_SHEET
 
 
 def test_a_colored_label_changes_with_the_theme_and_back(app, qtbot) -> None:

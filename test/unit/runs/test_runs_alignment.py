@@ -133,8 +133,8 @@ def test_an_event_that_comes_twice_or_never_is_not_used() -> None:
     found = common_events(reference, [RunEvent('go', 1.0), RunEvent('go', 3.0)])
     assert not len(found.reference_s)
     assert found.notes == (
-        'the event "back" does not occur, but once in the reference; it is ignored',
-        'the event "go" occurs twice, but once in the reference; it is ignored')
+        'the event "back" occurs once in the reference, but not here; it is ignored',
+        'the event "go" occurs once in the reference, but twice here; it is ignored')
 
 
 def test_events_in_another_order_are_not_used() -> None:

@@ -226,6 +226,18 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
         assert not any(it.departed.any() for it in bands.values())
 
 
+def test_a_run_that_begins_within_a_gap_has_lost_no_time(learned: GoodRuns) -> None:
+    """Its event came within the gap, and was noticed with the first message after it."""
+    whole = interrupted(made_run(77), 1.0, 5.5)
+    late = whole._replace(events=tuple(
+        it._replace(time_s=5.5) if it.name == 'go' else it for it in whole.events))
+    run = part_of(late, 2.5, late.duration_s, 'cut')
+    for good in (learned, GoodRuns(made_run())):
+        found = good.compare(run)
+        assert found.departures == () and found.has_gaps
+        assert not any('motion took' in it for it in found.notes)
+
+
 @pytest.mark.parametrize('begin_s, end_s', [(3.1, 3.9), (4.5, 5.3), (8.2, 9.1)])
 def test_a_gap_in_the_reference_is_no_fault_of_a_run(begin_s: float, end_s: float) -> None:
     """The motion alone is missing: the means of the force behind the gap are of both."""

@@ -214,6 +214,15 @@ def test_a_reference_with_gaps_and_one_without_any_place() -> None:
     assert nowhere.phase_s is None
 
 
+def test_a_run_that_was_found_without_its_events_is_over_at_its_end() -> None:
+    """A comparison that begins within a run sees neither of its events."""
+    live = follow(alignment_of(there_and_back), there_and_back, begin_s=6.0, events={},
+                  pauses=[(DURATION_S - 0.02, 5.0)])
+    known = np.isfinite(live.found_s)
+    assert known[:int(3.0 * RATE_HZ)].any()
+    assert not known[live.times_s > live.times_s[-1] - 3.0].any()
+
+
 def test_a_run_that_is_longer_than_its_reference_stays_at_its_end() -> None:
     alignment = LiveAlignment(reference(there_and_back)[:350], {'go': (GO_S,)}, SPAN)
     alignment.take_event('go', 0.0)

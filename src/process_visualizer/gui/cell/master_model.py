@@ -173,7 +173,8 @@ class WatchModel(QObject):
     def _look_at_pace(self) -> None:
         before = self._slow
         self._calm = 0 if self._missed >= _SLOW_LOOKS else self._calm + 1
-        if not self._draws or self._calm > _CALM_LOOKS:
+        hangs = self._missed > _MAX_MISSED_LOOKS  # which is reported instead
+        if not self._draws or hangs or self._calm > _CALM_LOOKS:
             self._slow = 0
         elif self._missed >= _SLOW_LOOKS:
             self._slow = max(self._slow, self._missed)

@@ -264,7 +264,11 @@ class PlaybackPosition:
     def take(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Take the newest state of the player; None if there is no player any more."""
         before, self._snapshot = self._snapshot, snapshot
-        if snapshot is not None and (before is None or not _continues(before, snapshot)):
+        if snapshot is None:
+            return
+        away_s = abs(snapshot.position_s - self._shown_s)
+        has_slipped = away_s > MAX_AHEAD_S * max(abs(snapshot.rate), 1.0)  # after it has hung
+        if before is None or not _continues(before, snapshot) or has_slipped:
             self._shown_s = snapshot.position_s
 
     def at(self, now_s: float) -> float:

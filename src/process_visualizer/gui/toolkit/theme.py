@@ -17,7 +17,14 @@ from PyQt5.QtDBus import (
     QDBusVariant,
 )
 from PyQt5.QtGui import QColor, QFont, QGuiApplication, QPalette
-from PyQt5.QtWidgets import QApplication, QPushButton, QRadioButton, QStyleFactory, QWidget
+from PyQt5.QtWidgets import (
+    QApplication,
+    QPushButton,
+    QRadioButton,
+    QStyleFactory,
+    QToolTip,
+    QWidget,
+)
 
 
 @dataclass(frozen=True)
@@ -296,7 +303,7 @@ _ROLES = {
 }
 _ON_PRIMARY = (QPalette.BrightText, QPalette.HighlightedText)
 _DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
-_SHEET = """
+STYLE_SHEET = """
 QGroupBox { border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }
 QGroupBox::title { subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }
 QRadioButton::indicator { width: 12px; height: 12px; border-radius: 7px;
@@ -305,7 +312,8 @@ QRadioButton::indicator:focus, QRadioButton::indicator:hover { border-color: pal
 QRadioButton::indicator:checked { background: qradialgradient(cx: 0.5, cy: 0.5, radius: 0.5,
   fx: 0.5, fy: 0.5, stop: 0 palette(text), stop: 0.55 palette(text), stop: 0.65 palette(base),
   stop: 1 palette(base)); }
-QToolTip { border: 1px solid palette(mid); padding: 3px; }
+QToolTip { background: palette(base); color: palette(text); border: 1px solid palette(mid);
+  padding: 3px; }
 """
 """The sheet of all widgets in all themes: a new sheet would make Qt polish all widgets again."""
 _PRIMARY = """
@@ -323,7 +331,7 @@ def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
     app.setAttribute(Qt.AA_UseHighDpiPixmaps)
     with _no_widget_collected():
         app.setStyle(QStyleFactory.create('Fusion'))
-        app.setStyleSheet(_SHEET)
+        app.setStyleSheet(STYLE_SHEET)
     apply_theme(app, wanted)
 
 
@@ -332,6 +340,7 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
     with _no_widget_collected():
         app.setPalette(palette(wanted))
         app.setPalette(_check_box_palette(wanted), 'QCheckBox')
+        QToolTip.setPalette(palette(wanted))  # it keeps the colors of the last theme otherwise
         recolor(app)
         for widget in app.allWidgets():
             if isinstance(widget, QRadioButton):  # the sheet keeps the colors of the last theme

@@ -154,8 +154,10 @@ _WRONG_S = 1.0
 """A shorter step back in the reference is noise; a longer one corrects an error [s]."""
 _LATE_S = 0.5
 """Maximum age of a place compared with the last event [s]; beyond it, the clock was set back."""
-_UNSEEN_S, _RESUMES_S = 0.3, 0.1
+_UNSEEN_S, _RESUMES_S = 0.3, 0.5
 """Time without places in which an event may have come unnoticed, and after which it is seen [s]."""
+_AT_END_S = 0.5
+"""Time at the end of the reference after which a run is over of which no event was seen [s]."""
 _MAX_GAP_S = 5.0
 """Time without data after which the run may be anywhere [s]."""
 
@@ -195,7 +197,7 @@ class LiveAlignment:
         self._is_known = False
         self._begun_s: Optional[float] = None
         self._far_since_s: Optional[float] = None
-        self._ends_s = math.inf
+        self._ends_s = self._at_end_s = math.inf
 
     @property
     def phase_s(self) -> Optional[float]:
@@ -295,8 +297,11 @@ class LiveAlignment:
 
     def _is_over(self, time_s: float) -> bool:
         """Return whether the run has ended, and so has the reference."""
-        return math.isfinite(self._ends_s) and (
-            time_s > self._ends_s or self._phase_s >= self._tracker.duration_s)
+        is_at_end = self._is_known and self._phase_s >= self._tracker.duration_s
+        self._at_end_s = min(self._at_end_s, time_s) if is_at_end else math.inf
+        if math.isfinite(self._ends_s):
+            return is_at_end or time_s > self._ends_s
+        return self._begun_s is None and time_s - self._at_end_s > _AT_END_S
 
     def _judge(self, time_s: float, distance_m: float) -> None:
         """Decide whether the robots are beside the reference; a robot at rest may be in no run."""

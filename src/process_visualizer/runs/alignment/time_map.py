@@ -74,17 +74,23 @@ class CommonEvents(NamedTuple):
 
 
 def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> CommonEvents:
-    """Return the events that both runs have equally often and in the same order."""
+    """Return the events that both runs have equally often and in the same order.
+
+    What an operator has marked in one of them is no event that the other one lacks.
+    """
     first, second = _by_name(reference), _by_name(run)
+    marks = {it.name for it in (*reference, *run) if it.is_mark}
     notes, pairs = [], []
     for name in sorted(set(first) | set(second)):
         mine, others = first.get(name, []), second.get(name, [])
         if len(mine) == len(others):
             pairs += list(zip(mine, others))
-        else:
-            occurs = f'occurs {_times(len(others))}' if others else 'does not occur'
-            known = f'{_times(len(mine))} in' if mine else 'not in'
-            notes.append(f'the event "{name}" {occurs}, but {known} the reference; it is ignored')
+        elif name not in marks:
+            here = f'{_times(len(others))} here' if others else 'not here'
+            there = f'{_times(len(mine))} in' if mine else 'not in'
+            notes.append(f'the event "{name}" occurs {there} the reference, but {here}; it is '
+                         'ignored' if mine else f'the event "{name}" occurs {here}, but {there} '
+                         'the reference; it is ignored')
     pairs.sort()
     kept = _longest_rising([it[1] for it in pairs])
     if len(kept) < len(pairs):

@@ -55,6 +55,7 @@ from process_visualizer.runs.deviation.signals import (
     own_columns,
     signals,
     steepness,
+    unknown_moments,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import DAMAGED, Group, Key, Run, fingerprint
@@ -380,7 +381,8 @@ class GoodRuns:
             notes.append(DAMAGED)
         if alignment.means is not AlignmentMethod.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
-        else:
+        elif not unknown_moments(self.reference, run, self.times_s,
+                                 alignment.time_map.to_run(self.times_s)).any():
             notes += _pace(alignment)
         if all(it.run.place != run.place for it in self._good):
             notes.append('not judged: where the tools are, but for what is the same at all places, '

@@ -38,6 +38,9 @@ from process_visualizer.runs.deviation.signals import (
 from process_visualizer.runs.run import Key
 from process_visualizer.runs.series import inside, moving_mean, period_s, spans
 
+_LIVE_MARGIN = 1.1
+"""Width of a live band, as a multiple of that of recordings: its moments and values are less exact,
+and a recording is judged again."""
 _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
 _REPORTED_AFTER_S = 0.2
@@ -94,8 +97,9 @@ class LiveComparison:
         self._signals = {(signal.device, signal.label): signal for signal in good.band.signals
                          if signal.kind in SHOWN and not signal.over_s
                          and signal.label not in (FORCE_DIRECTION, TORQUE_DIRECTION)}
-        self._limits = {key: widened(good.band.signals[signal])
-                        for key, signal in self._signals.items()}
+        limits = {key: widened(good.band.signals[it]) for key, it in self._signals.items()}
+        self._limits = {key: it._replace(half_width=_LIVE_MARGIN * it.half_width)
+                        for key, it in limits.items()}
 
     @property
     def keys(self) -> Tuple[Key, ...]:

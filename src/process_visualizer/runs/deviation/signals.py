@@ -13,6 +13,7 @@ from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, To
 from process_visualizer.runs.series import (
     ROUGH_S,
     data_gaps,
+    gaps_of_run,
     held_at,
     inside,
     is_sequence,
@@ -226,8 +227,9 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
         times_s, run_s: (t,), times of the reference, and those of the run that correspond to them.
     """
     found = np.zeros(len(times_s), bool)
-    for moments_s, motions in ((times_s, reference.motions), (run_s, run.motions)):
-        gaps = [_near_gaps(moments_s, it.times_s) for it in motions if len(it.times_s)]
+    for moments_s, whole in ((times_s, reference), (run_s, run)):
+        gaps = [_near_gaps(moments_s, it.times_s, whole.duration_s) for it in whole.motions
+                if len(it.times_s)]
         if gaps:
             found |= np.logical_and.reduce(gaps)
     pieces = spans(~found & (run_s >= 0.0) & (run_s <= run.duration_s))
@@ -237,9 +239,9 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
     return found
 
 
-def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, duration_s: float) -> np.ndarray:
     """Return which moments (m,) lie in a gap of a series, or near one (bool)."""
-    gaps = data_gaps(times_s)
+    gaps = gaps_of_run(times_s, duration_s)
     if not len(gaps):
         return np.zeros(len(moments_s), bool)
     begin_s, end_s = gaps.T

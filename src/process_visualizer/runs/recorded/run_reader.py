@@ -263,5 +263,5 @@ def _events(samples: Sequence[Samples], events: Sequence[ProcessEvent]) -> List[
 
 
 def _marks(recording: Recording) -> List[RunEvent]:
-    return [RunEvent(mark.label, (mark.time_ns - recording.begin_ns) / 1e9)
+    return [RunEvent(mark.label, (mark.time_ns - recording.begin_ns) / 1e9, True)
             for mark in read_marks(recording)]
