@@ -476,7 +476,8 @@ class LearnedSignal:
         """Return the minimum margin around good runs, in the signal's unit.
 
         Many good runs show what may differ, while a single one needs a wider margin. Places deviate
-        slowly, so two runs may agree by chance all the way: n runs say as much as n - 1.
+        slowly, so two runs may agree by chance all the way: n runs say as much as n - 1. So do the
+        roughness of one half second, and the direction of a force that sets in.
         """
         given = self.signal.tolerance
         if given is not None:
@@ -486,7 +487,8 @@ class LearnedSignal:
                            _CHANCES * self.signal.chance)
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
-        margin = whole * max(1.0 / freedom if is_exact else 1.0 / math.sqrt(len(values)), least)
+        count = freedom if self.signal.kind is SignalKind.NOISE else len(values)
+        margin = whole * max(1.0 / freedom if is_exact else 1.0 / math.sqrt(count), least)
         if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
             return max(margin, _TURNED_DEG_OF_ONE / math.sqrt(freedom))
         if len(values) > 1:
