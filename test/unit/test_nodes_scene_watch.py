@@ -19,7 +19,7 @@ from process_visualizer.ros_names import CONCERNED_KEY, STALE_POINTS_KEY
 STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'
 PARAMETERS = SceneParameters('r/link0', (
     WatchedDevice('r', 'r/link0', (0.0, 0.0, 0.7), {
-        STATE_PUBLISHER: 'the robot does not move', PROCESSOR: 'no arrows and numbers',
+        STATE_PUBLISHER: 'the robot does not move', PROCESSOR: 'no arrows or numbers',
         NEVER: 'never started'}, ('/r/marker',)),
     WatchedDevice('c', 'world', (0.0, 0.0, 0.0), {'/c/depth_proc': 'the points are out of date'},
                   ('/c/points',), '/c/points_age')), 0.7)
@@ -123,7 +123,7 @@ def test_of_those_that_answer_nothing_is_said_but_something_is_published(watch: 
 
 
 @pytest.mark.parametrize('name, meaning', [
-    (STATE_PUBLISHER, 'the robot does not move'), (PROCESSOR, 'no arrows and numbers')])
+    (STATE_PUBLISHER, 'the robot does not move'), (PROCESSOR, 'no arrows or numbers')])
 def test_one_that_hangs_is_named_until_it_goes_on(watch: Watch, name: str, meaning: str) -> None:
     watch.processes.hanging.add(name)
     watch.wait(NOTICED_S)
@@ -139,7 +139,7 @@ def test_one_that_hangs_is_named_until_it_goes_on(watch: Watch, name: str, meani
 def test_one_that_is_killed_is_named_and_started_anew_it_is_well(watch: Watch) -> None:
     watch.processes.running.remove(PROCESSOR)
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'
     watch.processes.running.add(PROCESSOR)
     watch.wait(2.0)
     assert watch.words() == ''
@@ -151,7 +151,7 @@ def test_several_are_named_and_drawn_before_rviz_removes_the_words(watch: Watch)
     watch.wait(NOTICED_S)
     assert watch.words().splitlines() == [
         'r: robot_state_publisher stopped; the robot does not move',
-        'r: robot_proc is not responding; no arrows and numbers']
+        'r: robot_proc is not responding; no arrows or numbers']
     assert watch.words('c') == 'c: depth_proc stopped; the points are out of date'
     watch.node.sent('~marker_array').clear()
     watch.wait(4.0)
@@ -243,7 +243,7 @@ def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watc
     watch.wait(NOTICED_S)
     assert watch.words() == ''  # it may be starting as well
     watch.wait(6.0)
-    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'
     watch.processes.running.add(PROCESSOR)
     watch.wait(2.0)
     assert watch.words() == ''
@@ -266,7 +266,7 @@ def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -
     told = {it.message: {value.key: value.value for value in it.values}
             for it in watch.node.sent('/diagnostics')[-1].status}
     assert told['cell_frames is not responding: no frame can be moved'][CONCERNED_KEY] == ''
-    assert told['robot_proc is not responding: no arrows and numbers'][CONCERNED_KEY] == 'r'
+    assert told['robot_proc is not responding: no arrows or numbers'][CONCERNED_KEY] == 'r'
     watch.processes.hanging.clear()
     watch.wait(2.0)
     assert {it.message for it in watch.node.sent('/diagnostics')[-1].status} == {'all is well'}
@@ -279,17 +279,17 @@ def test_after_it_was_held_up_itself_nobody_is_said_to_be_silent(watch: Watch) -
         watch.wait(STEP_S)
         assert watch.words() == ''
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc is not responding; no arrows and numbers'
+    assert watch.words() == 'r: robot_proc is not responding; no arrows or numbers'
 
 
 def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
     watch.processes.is_master_there = False
     watch.processes.running.remove(PROCESSOR)
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'  # nobody listens
+    assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'  # nobody listens
     watch.processes.running.add(PROCESSOR)  # at another address, which nobody can tell
     watch.wait(10.0)
-    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'
     watch.processes.is_master_there = True
     watch.wait(4.0)
     assert watch.words() == ''

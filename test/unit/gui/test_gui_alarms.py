@@ -32,7 +32,7 @@ from process_visualizer.cell.model import (
     WarningLimits,
 )
 from process_visualizer.generate.choice import Choice
-from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.gui.app.event_notes import EventNotes, events_path, write_events
 from process_visualizer.gui.cell.alarm_strip import AlarmChip, AlarmStrip, EventsView
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
@@ -440,6 +440,14 @@ def test_losses_of_the_recorder_are_amber(stand: Stand) -> None:
     assert stand.texts() == ['recording: messages are missing: 3 dropped']
     stand.model.take_recorder(RecorderSnapshot('idle', dropped=3))
     assert stand.texts() == []
+
+
+def test_losses_end_with_a_recorder_that_has_died(stand: Stand) -> None:
+    stand.report(BAG_PART, NodeState.RUNNING)
+    stand.model.take_recorder(RecorderSnapshot('recording', lost=37))
+    assert 'recording: messages are missing: 37 lost' in stand.texts()
+    stand.report(BAG_PART, NodeState.EXITED, -9)
+    assert not any('messages are missing' in it for it in stand.texts())
 
 
 def test_the_strip_keeps_its_height(stand: Stand) -> None:

@@ -201,7 +201,7 @@ def test_a_fit_is_an_unsaved_change_that_is_said_and_reverted(model, panel, fit,
     assert finder.asked == ['a'] and model.pose == FITTED and model.is_unsaved
     assert text(panel, 'found') == (
         'Fit: moved by 20.0 mm and 2.01°; the cloud is 1.0 mm from the models (before: 32.7 mm; '
-        '2,755 points). It is not known where arm/link1 was.')
+        '2\u2009755 points). It is not known where arm/link1 was.')
     assert text(panel, 'state').startswith('Unsaved: 20.0 mm and 2.01° from')
     qtbot.waitUntil(lambda: poses(frames) == [FITTED])
     model.revert()

@@ -10,6 +10,7 @@ from typing import Callable, Collection, FrozenSet, List, Optional, Sequence, Se
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from process_visualizer.cell.model import Device, Mode
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.cell.launch_model import LaunchModel, LaunchPhase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
@@ -253,7 +254,10 @@ class AlarmsModel(QObject):
             conditions += limit_conditions(device.name, warnings, epoch_s)
             conditions += conflict_conditions(device.name, warnings)
             conditions += message_conditions(device.name, warnings, self._clock_s())
-        return [*conditions, *departure_conditions(self._departed), *self._losses, *self._objects]
+        recorder = self._launch.reports.get(BAG_PART)
+        is_recording = recorder is None or ended.isdisjoint(it.name for it in recorder.nodes)
+        return [*conditions, *departure_conditions(self._departed),
+                *(self._losses if is_recording else ()), *self._objects]
 
 
 def _user() -> str:

@@ -24,6 +24,7 @@ from process_visualizer.cell.model import (
     Vector3,
 )
 from process_visualizer.clients.sensor_fit_client import FitError, SensorFit
+from process_visualizer.figures import count_text
 from process_visualizer.gui.cell.edited_values import EditedValues
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -299,7 +300,7 @@ class FitModel(QObject):
 def _described(found: SensorFit, before: Pose) -> str:
     text = (f'Fit: moved by {pose_difference(before, found.pose)}; the cloud is '
             f'{1000.0 * found.residual_m:.1f} mm from the models (before: '
-            f'{1000.0 * found.before_m:.1f} mm; {found.points:,} points).')
+            f'{1000.0 * found.before_m:.1f} mm; {count_text(found.points, "point")}).')
     if found.left_out:
         text += f' It is not known where {", ".join(found.left_out)} was.'
     return text

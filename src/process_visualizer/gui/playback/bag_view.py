@@ -263,8 +263,8 @@ class UnindexedRow(QWidget):
     def _show(self) -> None:
         path, progress = self._bag.unindexed, self._bag.reindexing
         self.setVisible(bool(path))
-        self.text.setText(f'{os.path.basename(path)} has no index: its recording was interrupted. '
-                          'It can be played from a copy that has one.')
+        self.text.setText(f'{os.path.basename(path)} has no index: its recording was probably '
+                          'interrupted. It can be played from a copy that has one.')
         self.text.setToolTip(plain_tip(path))
         self.make.setVisible(progress is None)
         self.bar.setVisible(progress is not None)
