@@ -6,6 +6,7 @@ import bz2
 import os
 import random
 import tracemalloc
+from datetime import datetime
 from pathlib import Path
 from typing import Callable, Iterator, List, Tuple
 
@@ -239,7 +240,9 @@ def test_chunk_that_cannot_be_decompressed_is_a_gap(tmp_path: Path, compression:
     assert len(gaps) == 1
     assert f'{path}: at byte {chunk}: a chunk cannot be read: ' in gaps[0]
     assert '/topic0, /topic1, /topic2' in gaps[0]
-    assert f'{missing[0].time_ns / 1e9:.3f} s to {missing[-1].time_ns / 1e9:.3f} s' in gaps[0]
+    first, last = (datetime.fromtimestamp(row.time_ns // 10 ** 9).strftime('%Y-%m-%d %H:%M:%S')
+                   + f'.{row.time_ns // 10 ** 6 % 1000:03d}' for row in (missing[0], missing[-1]))
+    assert f'{first} to {last}' in gaps[0]
 
 
 @pytest.mark.parametrize('change', [7, -7, 2 ** 31])
