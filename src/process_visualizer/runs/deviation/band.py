@@ -176,6 +176,7 @@ _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
 """Minimum margin, as a share of the tolerance of one good run, for any number of good runs."""
 _NOISE_SPREADS, _CHANCES = 6.0, 3.5
+_FEW_RUNS = 3
 _SOONER_ROWS = int(ROUGH_S * RATE_HZ)
 """Rows by which the roughness of an edge, which lasts half a second, may end earlier.
 
@@ -476,8 +477,8 @@ class LearnedSignal:
         """Return the minimum margin around good runs, in the signal's unit.
 
         Many good runs show what may differ, while a single one needs a wider margin. Places deviate
-        slowly, so two runs may agree by chance all the way: n runs say as much as n - 1. So do the
-        roughness of one half second, and the direction of a force that sets in.
+        slowly, so two runs may agree by chance all the way: n runs say as much as n - 1. So do up
+        to three about roughness, and any number about the direction of a force that sets in.
         """
         given = self.signal.tolerance
         if given is not None:
@@ -487,7 +488,8 @@ class LearnedSignal:
                            _CHANCES * self.signal.chance)
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
-        count = freedom if self.signal.kind is SignalKind.NOISE else len(values)
+        is_rare = self.signal.kind is SignalKind.NOISE and len(values) <= _FEW_RUNS
+        count = freedom if is_rare else len(values)
         margin = whole * max(1.0 / freedom if is_exact else 1.0 / math.sqrt(count), least)
         if self.signal.label in (FORCE_DIRECTION, TORQUE_DIRECTION):
             return max(margin, _TURNED_DEG_OF_ONE / math.sqrt(freedom))
