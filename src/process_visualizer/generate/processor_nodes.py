@@ -279,7 +279,7 @@ _UP_M = 0.7
 _APART_M = 0.14
 """Spacing of the texts of devices that have their base at the same place."""
 _MEANINGS = {
-    ROBOT_PROC: 'no arrows or numbers', VARIABLE_PROC: 'no arrows and numbers',
+    ROBOT_PROC: 'no arrows or numbers', VARIABLE_PROC: 'no arrows or numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
     DEPTH_PROC: 'the points are out of date', ROI_FILTER: 'the points are out of date'}
 
