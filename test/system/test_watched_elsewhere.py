@@ -112,7 +112,9 @@ def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: 
 
 def test_a_cell_that_is_started_again_with_another_port_is_seen_again(
         networks: TwoNetworks, ros_environment: Dict[str, str], config: str) -> None:
-    cell = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz', '--remote')
+    """Its ROS master tells the port, if it can be reached."""
+    with_master = {**ros_environment, 'ROS_IP': CELL_ADDRESS}
+    cell = run(networks, networks.cell, with_master, 'run', config, '--no-rviz', '--remote')
     viewer = again = None
     try:
         cell.wait_for_line('/view_relay: running')
@@ -121,7 +123,8 @@ def test_a_cell_that_is_started_again_with_another_port_is_seen_again(
         viewer.wait_for_line('ready')
         assert cell.signal_and_wait(signal.SIGINT) == 0
         viewer.wait_for_line('no connection to')
-        again = run(networks, networks.cell, ros_environment, 'run', config, '--no-rviz',
+        assert 'connected again' not in viewer.text
+        again = run(networks, networks.cell, with_master, 'run', config, '--no-rviz',
                     '--remote', '--ports', '11450-11459')
         viewer.wait_for_line('connected again')
         assert viewer.signal_and_wait(signal.SIGINT) == 0

@@ -97,6 +97,8 @@ class ViewRelay:
         """End all connections."""
         self._ended.set()
         self._changed.set()
+        with suppress(OSError):  # it no longer listens
+            self._listener.shutdown(socket.SHUT_RDWR)  # close alone lets one more viewer in
         self._listener.close()
         for link in self._present():
             link.close()

@@ -72,6 +72,19 @@ def test_connections_that_say_nothing_do_not_become_many(tmp_path: Path) -> None
     relay.close()
 
 
+def test_a_relay_that_ends_lets_nobody_in(tmp_path: Path) -> None:
+    """Otherwise a viewer says that it is connected again, just before it is lost again."""
+    relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
+    host, port = relay.address.split(':')
+    relay.run()
+    with socket.create_connection((host, int(port))) as first:  # it accepts
+        first.sendall(GREETING)
+        assert first.recv(len(GREETING)) == GREETING
+    relay.close()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((host, int(port)))
+
+
 def test_a_shortage_of_threads_does_not_end_the_relay(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
