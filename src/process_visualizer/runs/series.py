@@ -43,15 +43,6 @@ def median(values: np.ndarray) -> float:
     return float(found[middle] if is_odd else 0.5 * (found[middle - 1] + found[middle]))
 
 
-def gaps_of_run(times_s: np.ndarray, duration_s: float) -> np.ndarray:
-    """Return the gaps (k, 2) [s] of a series (n,) in a run, also at its beginning and end.
-
-    A run may begin or end within a gap: it is cut where its events are, which are noticed late.
-    """
-    return data_gaps(np.concatenate(([min(0.0, times_s[0])], times_s,
-                                     [max(duration_s, times_s[-1])])))
-
-
 def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarray:
     """Return the gaps of a series, (k, 2) [s]: start and end of each.
 

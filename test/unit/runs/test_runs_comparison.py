@@ -238,6 +238,29 @@ def test_a_run_that_begins_within_a_gap_has_lost_no_time(learned: GoodRuns) -> N
         assert not any('motion took' in it for it in found.notes)
 
 
+def only_moving(run: Run) -> Run:
+    """The run with a driver that sends nothing while its robot is at rest."""
+    motion, = run.motions
+    moves = np.zeros(len(motion.times_s), bool)
+    goes = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) > 1e-5
+    moves[1:] |= goes
+    moves[:-1] |= goes
+    return run._replace(motions=(motion._replace(times_s=motion.times_s[moves],
+                                                 positions=motion.positions[moves]),))
+
+
+def test_a_late_start_of_a_robot_that_is_silent_at_rest_is_found() -> None:
+    """Other topics are there before it moves: nothing was lost."""
+    good = GoodRuns(only_moving(made_run(1)), [only_moving(made_run(it)) for it in (2, 3)])
+    assert good.compare(only_moving(made_run(77))).departures == ()
+    late = made_run(78, start_s=2.6)
+    late = late._replace(events=tuple(it._replace(time_s=it.time_s - 0.6) if it.name == 'go' else it
+                                      for it in late.events))
+    found = good.compare(only_moving(late))
+    assert found.departures and found.departures[0].signal.label == 'time lost'
+    assert found.departures[0].deviation == pytest.approx(0.6, abs=0.05)
+
+
 @pytest.mark.parametrize('begin_s, end_s', [(3.1, 3.9), (4.5, 5.3), (8.2, 9.1)])
 def test_a_gap_in_the_reference_is_no_fault_of_a_run(begin_s: float, end_s: float) -> None:
     """The motion alone is missing: the means of the force behind the gap are of both."""

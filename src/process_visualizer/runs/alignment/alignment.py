@@ -23,11 +23,11 @@ from process_visualizer.runs.alignment.time_map import (
     shift,
     time_map,
 )
+from process_visualizer.runs.holes import motion_gaps_s
 from process_visualizer.runs.run import Run, part_of
 from process_visualizer.runs.series import (
     States,
     edits,
-    gaps_of_run,
     inside,
     is_sequence,
     spans,
@@ -145,7 +145,7 @@ def _dated_events(reference: Run, run: Run) -> CommonEvents:
 def _in_gaps(run: Run, times_s: np.ndarray) -> np.ndarray:
     """Return which times (n,) are in a gap of the motion of all tools, or just after one."""
     found = np.zeros(len(times_s), bool)
-    gaps = [gaps_of_run(it.times_s, run.duration_s) for it in run.motions if len(it.times_s)]
+    gaps = motion_gaps_s(run)
     if gaps and len(times_s):
         found[:] = np.logical_and.reduce([inside(times_s, np.column_stack((
             it[:, 0], it[:, 1] + _AFTER_GAP_S))[it[:, 1] - it[:, 0] >= _MIN_GAP_S]) for it in gaps])

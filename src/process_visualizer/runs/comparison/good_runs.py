@@ -20,8 +20,6 @@ from process_visualizer.runs.comparison.band_of_run import OF_PLACE, TIME_LOST, 
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.onsets import dated, with_frequency
 from process_visualizer.runs.comparison.unjudged import (
-    MIN_UNJUDGED_S,
-    holes_s_of,
     unjudged,
 )
 from process_visualizer.runs.deviation.band import (
@@ -58,6 +56,7 @@ from process_visualizer.runs.deviation.signals import (
     unknown_moments,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
+from process_visualizer.runs.holes import MIN_HOLE_S, holes_s_of
 from process_visualizer.runs.run import DAMAGED, Group, Key, Run, fingerprint
 from process_visualizer.runs.series import (
     States,
@@ -266,7 +265,7 @@ class GoodRuns:
             if fault is None:
                 continue
             since_s = alignment.time_map.to_run(np.array([fault.since_s]))
-            if not inside(since_s, holes_s_of(run), MIN_UNJUDGED_S).any():
+            if not inside(since_s, holes_s_of(run), MIN_HOLE_S).any():
                 sent_s = period_s(run.by_key[key].times_s) if np.isfinite(found.until_s) else 0.0
                 yield _state_departure(key, fault, end_s, sent_s)
 

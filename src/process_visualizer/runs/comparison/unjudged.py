@@ -19,18 +19,17 @@ from process_visualizer.runs.deviation.signals import (
     grid_s,
     unknown_moments,
 )
+from process_visualizer.runs.holes import holes_s_of
 from process_visualizer.runs.run import Run
-from process_visualizer.runs.series import data_gaps, moving_maximum, period_s, spans, states
+from process_visualizer.runs.series import moving_maximum, spans, states
 
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
 _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """Signals that have data where another signal of the same channel or tool has."""
 _DIRECTIONS = (FORCE_DIRECTION, TORQUE_DIRECTION)
-_MIN_UNJUDGED_ROWS, MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
+_MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _BESIDE_UNKNOWN_ROWS = int(0.3 * RATE_HZ)
 """Rows next to an unknown moment in which means are unknown as well."""
-_OFTEN_S = 0.25
-"""Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
 
 
 class Missing(Enum):
@@ -55,7 +54,7 @@ class Unjudged(NamedTuple):
 
 
 def unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
-              band: Band) -> Tuple[Unjudged, ...]:
+             band: Band) -> Tuple[Unjudged, ...]:
     """Return where good runs have data for a channel or tool, and the run has none."""
     times_s = grid_s(reference)
     run_s = alignment.time_map.to_run(times_s)
@@ -80,27 +79,11 @@ def unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
             missing &= np.isnan(columns[signal])
         for begin, end in spans(missing):
             if end - begin >= _MIN_UNJUDGED_ROWS and run_s[end - 1] - run_s[begin] >= \
-                    MIN_UNJUDGED_S:
+                    _MIN_UNJUDGED_S:
                 found.append(Unjudged(
                     signal, run.begin_s + float(run_s[begin]), run.begin_s + float(run_s[end - 1]),
                     Missing.MOTION if is_unknown[begin:end].all() else Missing.DATA))
     return tuple(sorted(found, key=lambda it: it.begin_s))
-
-
-def holes_s_of(run: Run) -> np.ndarray:
-    """Return where a run has no message at all, (k, 2) [s], though one topic usually has many.
-
-    A state that is sent only when it changes may have changed there, too. Several slow topics
-    pause together now and then; that is no hole.
-    """
-    series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
-    usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),
-                  default=np.inf)
-    if usual_s >= _OFTEN_S:
-        return np.empty((0, 2))
-    gaps = data_gaps(np.unique(np.concatenate(series)), usual_s)
-    result: np.ndarray = gaps[gaps[:, 1] - gaps[:, 0] >= MIN_UNJUDGED_S]
-    return result
 
 
 def _unknown_states(run: Run, signal: Signal, holes_s: np.ndarray) -> Iterator[Unjudged]:

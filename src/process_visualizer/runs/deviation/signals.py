@@ -9,11 +9,11 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.holes import motion_gaps_s
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 from process_visualizer.runs.series import (
     ROUGH_S,
     data_gaps,
-    gaps_of_run,
     held_at,
     inside,
     is_sequence,
@@ -228,10 +228,10 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
     """
     found = np.zeros(len(times_s), bool)
     for moments_s, whole in ((times_s, reference), (run_s, run)):
-        gaps = [_near_gaps(moments_s, it.times_s, whole.duration_s) for it in whole.motions
-                if len(it.times_s)]
-        if gaps:
-            found |= np.logical_and.reduce(gaps)
+        near = [_near_gaps(moments_s, it.times_s, gaps) for it, gaps in zip(
+            (it for it in whole.motions if len(it.times_s)), motion_gaps_s(whole))]
+        if near:
+            found |= np.logical_and.reduce(near)
     pieces = spans(~found & (run_s >= 0.0) & (run_s <= run.duration_s))
     for begin, end in (pieces[0], pieces[-1]) if len(pieces) > 1 else ():
         if end - begin < _FEWEST_KNOWN:
@@ -239,9 +239,8 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
     return found
 
 
-def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, duration_s: float) -> np.ndarray:
-    """Return which moments (m,) lie in a gap of a series, or near one (bool)."""
-    gaps = gaps_of_run(times_s, duration_s)
+def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """Return which moments (m,) lie in one of the gaps (k, 2) of a series, or near one (bool)."""
     if not len(gaps):
         return np.zeros(len(moments_s), bool)
     begin_s, end_s = gaps.T
