@@ -121,8 +121,17 @@ def test_another_recording_begins_at_once_and_what_came_before_is_not_of_it():
     assert not clock.is_from_before(played)  # a seek in the same recording
     clock.add(ClockState(100.9, 0.0, 1.0, True, 0, since_s=100.8, recording='another.bag'))
     assert clock.is_from_before(played)
-    assert clock.age_s(played, 105.0) == pytest.approx(4.2, abs=0.01)
+    assert clock.age_s(played, 105.0) == pytest.approx(4.5, abs=0.01)
     assert not clock.is_from_before(clock.data_time_s(100.9))
+
+
+def test_what_a_player_sent_before_its_first_state_was_heard_is_of_it():
+    """That state may be of a later command, such as to play."""
+    clock = PlaybackClock()
+    clock.add(ClockState(100.0, 5.0, 1.0, True, 0, since_s=99.0, recording='one.bag'))
+    before, sent = clock.data_time_s(100.1), clock.data_time_s(101.0)
+    clock.add(ClockState(101.6, 0.1, 1.0, False, 9, since_s=101.5, recording='another.bag'))
+    assert clock.is_from_before(before) and not clock.is_from_before(sent)
 
 
 def test_a_player_that_hung_is_the_same_one():

@@ -7,6 +7,10 @@ from typing import NamedTuple, Optional, Tuple
 SILENT_AFTER_S = 1.0  # without a state from the player, which sends ten per second
 _MEMORY = 64  # states: some seconds
 _MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
+_LAST_DATA_S, _SWITCH_S = 0.3, 3.0
+"""Time after a player's last state in which data of it may still come [s], and time until the first
+state of another one is heard, if recordings are switched; after longer, a live cell may have run.
+"""
 _PAUSED_SPEED = 1e-5
 """Speed of the data clock while playback is paused: 0.4 s in ten hours."""
 
@@ -76,7 +80,10 @@ class PlaybackClock:
             state.recording != last.recording
             or state.stamp_s - last.stamp_s >= SILENT_AFTER_S)
         if is_other:
-            self._begin = state.begin_s(), self.data_time_s(state.begin_s())
+            begin_s = state.begin_s()
+            if last is not None and begin_s - last.stamp_s < _SWITCH_S:
+                begin_s = min(begin_s, last.stamp_s + _LAST_DATA_S)  # it has sent since then
+            self._begin = begin_s, self.data_time_s(begin_s)
         if last is not None and state.stamp_s < last.stamp_s:
             self._states = ()
         self._states = (*self._states[-(_MEMORY - 1):], state)

@@ -20,7 +20,7 @@ def holes_s_of(run: Run) -> np.ndarray:
     A state that is sent only when it changes may have changed there, too. Several slow topics
     pause together now and then; that is no hole.
     """
-    series = [it.times_s for it in (*run.motions, *run.channels)]
+    series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
     usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),
                   default=np.inf)
     if usual_s >= _OFTEN_S:
