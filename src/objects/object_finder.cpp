@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "process_visualizer/objects/clusters.hpp"
+#include "process_visualizer/objects/somebody.hpp"
 #include "process_visualizer/objects/support_planes.hpp"
 #include "process_visualizer/objects/walls.hpp"
 
@@ -24,12 +25,8 @@ using Eigen::Vector3f;
 constexpr float kThinnest = 0.025F;       // m: smaller in two directions is no object
 constexpr float kBesideAbove = 0.03F;     // m: what is one above the other is no farther aside
 constexpr float kAboveGap = 0.3F;         // m: nor farther apart
-constexpr float kTall = 0.8F;             // m: what is higher may be a person,
-constexpr float kLimbed = 0.5F;           // m: so may what moves and is so large,
-constexpr float kThickest = 0.14F;        // m: whose limbs are no thicker,
-constexpr float kWidest = 0.32F;          // m: nor wider, with a foot,
-constexpr float kLimbGap = 0.3F;          // m: nor farther apart
-constexpr float kArm = 0.7F;              // m: nor is the tip of a limb farther from the rest
+constexpr float kThickest = 0.14F;        // m: limbs are no thicker,
+constexpr float kWidest = 0.32F;          // m: nor wider, with a foot
 constexpr float kSpread = 1.5F;           // m: somebody is less wide; a wall is not
 constexpr std::size_t kFewestInTip = 5;   // points
 constexpr float kPartGap = 0.1F;          // m: parts of one object are no farther apart
@@ -314,7 +311,7 @@ std::vector<Group> groupsOf(const std::vector<Thing>& things,
 /// is none: it has no limbs that come in later.
 bool isSomebody(const AlignedBox3f& box, const PredictedObject* owner) {
   if (!owner) return box.sizes().z() > kTall;
-  return owner->box.size.z() > kTall || (!owner->stands && owner->box.size.maxCoeff() > kLimbed);
+  return mayBeSomebody(owner->box.size, !owner->stands);
 }
 
 const PredictedObject* ownerIn(const std::vector<PredictedObject>& predicted,

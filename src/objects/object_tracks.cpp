@@ -9,6 +9,8 @@
 #include <numeric>
 #include <utility>
 
+#include "process_visualizer/objects/somebody.hpp"
+
 namespace process_visualizer::objects {
 // How an object moves on.
 
@@ -267,10 +269,6 @@ constexpr float kSlowestApproach = 0.05F;   // m/s
 constexpr float kSizeWeight = 0.5F;         // of a difference in size, beside one in place
 constexpr float kMissingWeight = 0.1F;      // of a size of which a part has left the view
 constexpr float kNewestShare = 0.2F;        // of the newest value in the mean
-constexpr float kWithParts = 0.5F;          // m: what is so large and moves may be somebody
-constexpr float kSomebodysHeight = 0.8F;    // m: so may what is higher,
-constexpr float kArmsLength = 0.7F;         // m: whose hand is no farther from the rest
-constexpr float kBesideIt = 0.3F;           // m: nor is a part of anything else
 constexpr float kPartReach = 0.04F;  // m: so far beside an object a part of it may seem to be
 constexpr float kWhole = 0.015F;     // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;        // s
@@ -356,15 +354,13 @@ bool ObjectTracks::Track::stands() const {
 
 /// Whether it may be somebody, of whom parts are seen apart from the rest.
 bool ObjectTracks::Track::mayBeSomebody() const {
-  const bool is_moving = motion.velocity().norm() > kMoving;
-  return object.box.size.z() > kSomebodysHeight ||
-         (is_moving && object.box.size.maxCoeff() > kWithParts);
+  return objects::mayBeSomebody(object.box.size, motion.velocity().norm() > kMoving);
 }
 
 /// Whether a found object may be what is left in view of somebody who goes away: it is smaller, and
 /// goes on beyond the picture or behind something.
 bool ObjectTracks::Track::mayBeRestOf(const UprightBox& predicted, const FoundObject& found) const {
-  return number && motion.velocity().norm() > kMoving && predicted.size.maxCoeff() > kWithParts &&
+  return number && motion.velocity().norm() > kMoving && predicted.size.maxCoeff() > kLimbed &&
          found.isCut() && found.box.size.norm() < predicted.size.norm();
 }
 
@@ -496,11 +492,11 @@ void ObjectTracks::lendDistances(double stamp) {
   for (const Track& small : tracks_) {
     if (small.number || small.seen != stamp || !small.object.robot) continue;
     Track* nearest = nullptr;
-    float least = kArmsLength;
+    float least = kArm;
     for (Track& track : tracks_) {
       if (!track.number || track.seen != stamp) continue;
       const float away = distanceTo(track.object.box, small.object.box.center);
-      if (away >= std::min(least, track.mayBeSomebody() ? kArmsLength : kBesideIt)) continue;
+      if (away >= std::min(least, track.mayBeSomebody() ? kArm : kLimbGap)) continue;
       least = away;
       nearest = &track;
     }
