@@ -3,7 +3,6 @@
 
 #include <ros/node_handle.h>
 
-#include <QAbstractButton>
 #include <QAbstractItemView>
 #include <QAbstractSpinBox>
 #include <QApplication>
@@ -47,6 +46,24 @@ std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
 
 bool repeats(int key) { return !isLetter(key) && key != Qt::Key_Space && key != Qt::Key_Escape; }
 
+bool movesWithin(int key) {
+  switch (key) {
+    case Qt::Key_Left:
+    case Qt::Key_Right:
+    case Qt::Key_Up:
+    case Qt::Key_Down:
+    case Qt::Key_Home:
+    case Qt::Key_End:
+    case Qt::Key_PageUp:
+    case Qt::Key_PageDown:
+    case Qt::Key_Plus:   // opens what is below an item
+    case Qt::Key_Minus:  // closes it
+      return true;
+    default:
+      return false;
+  }
+}
+
 std::set<std::string> lines(const std::string& text) {
   std::set<std::string> found;
   std::istringstream stream(text);
@@ -59,14 +76,18 @@ namespace {
 
 constexpr int kMaxPresses = 10;  ///< waiting to be sent
 
-/// Returns whether a widget uses letters, arrows or the space bar itself.
-bool usesKeys(const QWidget& widget) {
+/// Returns whether text is written in a widget.
+bool isField(const QWidget& widget) {
+  const auto* box = qobject_cast<const QComboBox*>(&widget);
   return qobject_cast<const QLineEdit*>(&widget) ||
          qobject_cast<const QAbstractSpinBox*>(&widget) ||
          qobject_cast<const QTextEdit*>(&widget) || qobject_cast<const QPlainTextEdit*>(&widget) ||
-         qobject_cast<const QComboBox*>(&widget) ||
-         qobject_cast<const QAbstractItemView*>(&widget) ||
-         qobject_cast<const QAbstractButton*>(&widget);
+         (box && box->isEditable());
+}
+
+/// Returns whether a widget itself uses keys that move within it.
+bool isWalked(const QWidget& widget) {
+  return qobject_cast<const QAbstractItemView*>(&widget) || qobject_cast<const QComboBox*>(&widget);
 }
 
 }  // namespace
@@ -82,15 +103,16 @@ KeyReport::KeyReport(QWidget& window) : window_(&window) {
 bool KeyReport::eventFilter(QObject* object, QEvent* event) {
   if (event->type() == QEvent::KeyPress) {
     const auto* widget = qobject_cast<const QWidget*>(object);  // a QWindow gets it first
-    if (widget && takes(*widget) && pass(static_cast<const QKeyEvent&>(*event))) return true;
+    const auto& press = static_cast<const QKeyEvent&>(*event);
+    if (widget && takes(*widget, press.key()) && pass(press)) return true;
   }
   return QObject::eventFilter(object, event);
 }
 
-bool KeyReport::takes(const QWidget& widget) const {
-  return window_ && widget.window() == window_ && !usesKeys(widget) &&
-         !QApplication::activeModalWidget() && !QApplication::activePopupWidget() &&
-         subscriber_.getNumPublishers() > 0;
+bool KeyReport::takes(const QWidget& widget, int key) const {
+  return window_ && widget.window() == window_ && !isField(widget) &&
+         !(isWalked(widget) && movesWithin(key)) && !QApplication::activeModalWidget() &&
+         !QApplication::activePopupWidget() && subscriber_.getNumPublishers() > 0;
 }
 
 bool KeyReport::pass(const QKeyEvent& press) const {

@@ -26,14 +26,17 @@ std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
 /// switch something on and off.
 bool repeats(int key);
 
+/// Returns whether a key moves the selection of a list, or opens and closes its items.
+bool movesWithin(int key);
+
 /// The non-empty lines of a text.
 std::set<std::string> lines(const std::string& text);
 
 /// Passes keys pressed in RViz on to the launcher, which has the keyboard only while its own window
 /// is in front. `~keys` (std_msgs/String) lists the keys, one per line, as written by QKeySequence;
 /// a press of one is published on `~key_pressed` and does not reach RViz. RViz keeps all others,
-/// those with Ctrl or Alt, and input to a field, a list or a dialog; without a publisher on `~keys`
-/// it keeps all.
+/// those with Ctrl or Alt, input to a field or a dialog, and the keys that move within a list;
+/// without a publisher on `~keys` it keeps all.
 class KeyReport : public QObject {
  public:
   /// \param window RViz's window
@@ -42,7 +45,7 @@ class KeyReport : public QObject {
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
-  bool takes(const QWidget& widget) const;
+  bool takes(const QWidget& widget, int key) const;
   bool pass(const QKeyEvent& press) const;
 
   QPointer<QWidget> window_;

@@ -37,6 +37,16 @@ TEST(KeyNames, OnlyStepsAreRepeated) {
   EXPECT_FALSE(repeats(Qt::Key_Space));
 }
 
+TEST(KeyNames, AListKeepsTheKeysThatMoveWithinIt) {
+  EXPECT_TRUE(movesWithin(Qt::Key_Left));
+  EXPECT_TRUE(movesWithin(Qt::Key_PageDown));
+  EXPECT_TRUE(movesWithin(Qt::Key_Plus));
+  EXPECT_FALSE(movesWithin(Qt::Key_R));
+  EXPECT_FALSE(movesWithin(Qt::Key_M));
+  EXPECT_FALSE(movesWithin(Qt::Key_Space));
+  EXPECT_FALSE(movesWithin(Qt::Key_Comma));
+}
+
 TEST(KeyNames, OneALine) {
   EXPECT_EQ(lines("R\nShift+Space\n\n,"), (std::set<std::string>{"R", "Shift+Space", ","}));
   EXPECT_TRUE(lines("").empty());

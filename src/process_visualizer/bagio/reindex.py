@@ -2,6 +2,7 @@
 """Copies a bag without an index (of a killed recorder, for example) to one with an index."""
 from __future__ import annotations
 
+import os
 from typing import BinaryIO, Callable, Dict, List, NamedTuple, Tuple
 
 from process_visualizer.bagio.bag_errors import BagError, Gap, RecordError
@@ -17,6 +18,7 @@ from process_visualizer.bagio.bag_file import (
     time_ns,
 )
 from process_visualizer.bagio.bag_writer import BagWriter, ConnectionRecord, IndexEntry
+from process_visualizer.bagio.catalog import read_catalog
 from process_visualizer.bagio.chunk_store import chunk_at, decompressed
 from process_visualizer.whole_file import whole_file
 
@@ -61,6 +63,23 @@ def copy_path(path: str) -> str:
     """Return the path of the copy of a bag: a.bag and a.bag.active become a.reindexed.bag."""
     stem = path[:-len('.active')] if path.endswith('.active') else path
     return (stem[:-len('.bag')] if stem.endswith('.bag') else stem) + '.reindexed.bag'
+
+
+def recovered_text(result: Reindexed) -> str:
+    """Return in words how much of a bag without an index could be read.
+
+    Raises:
+        BagError: the indexed copy cannot be read.
+    """
+    found = read_catalog([result.path])
+    name, duration_s = os.path.basename(result.path), found.duration_s
+    if not result.gaps:
+        return f'{name}: recovered {duration_s:.1f} s.'
+    if all(gap.begin_ns >= found.begin_ns + round(duration_s * 1e9) for gap in result.gaps):
+        return f'{name}: recovered the first {duration_s:.1f} s; the rest is unreadable.'
+    count = len(result.gaps)
+    parts = 'a part is' if count == 1 else f'{count} parts are'
+    return f'{name}: recovered {duration_s:.1f} s; {parts} unreadable.'
 
 
 class _Reindexing:

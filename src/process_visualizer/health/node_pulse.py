@@ -22,6 +22,8 @@ ANSWER_WITHIN_S = 0.5
 """Maximum time of an answer on an idle computer. On a busy one all are late: see `AnswerLimit`."""
 _FIRST_ANSWER_WITHIN_S = 5.0
 """Time to start for a node that is expected, but has not answered yet."""
+_YOUNG_S = 5.0
+"""Time after a node's first answer in which it may be late, as it and others are starting."""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
@@ -117,7 +119,8 @@ class NodePulse:
         self._received = b''
         self._connection: Optional[socket.socket] = None
         self._due_s = self._deadline_s = self._asked_s = 0.0
-        self._is_late = self._has_news = self._is_overdue = False
+        self._is_late = self._has_news = self._is_overdue = self._is_new = False
+        self._young_until_s = -math.inf
 
     @property
     def has_answered(self) -> bool:
@@ -151,6 +154,10 @@ class NodePulse:
         if self._late_from_s is None:
             self._late_from_s = now_s + _FIRST_ANSWER_WITHIN_S
         self._is_late = now_s >= self._late_from_s
+        if self._is_new:
+            self._is_new, self._young_until_s = False, now_s + _YOUNG_S
+        if now_s < self._young_until_s:
+            answer_within_s = AnswerLimit.MAX_S
         if self._connection is not None and not self._is_overdue:
             self._is_overdue, self._deadline_s = True, now_s + AnswerLimit.MAX_S - answer_within_s
             self._note(SILENT)
@@ -218,6 +225,7 @@ class NodePulse:
         if problem:
             self._uri = None  # a restarted node has another address
         else:
+            self._is_new = self._is_new or not self._seen or self.problem == ENDED
             self._seen = self._has_news = True
         self._note(problem)
 

@@ -43,7 +43,7 @@ from process_visualizer.gui.recording.recording_state import RecordingState
 from process_visualizer.gui.recording.recording_types import RecordedMark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 from process_visualizer.gui.session import Session
-from process_visualizer.health.alarm_board import Action, Condition
+from process_visualizer.health.alarm_board import Action, Alarm, Condition
 from process_visualizer.health.alarm_conditions import object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearObject, SeenObject
@@ -419,6 +419,24 @@ def test_a_chip_stays_while_its_text_changes(stand: Stand) -> None:
     assert stand.texts() == ['arm: edge is above 335, up to 430']
 
 
+def test_a_click_that_has_begun_counts_though_the_alarm_grows_worse(qtbot: Any) -> None:
+    chip = AlarmChip()
+    qtbot.addWidget(chip)
+    wanted: List[Action] = []
+    chip.action_wanted.connect(lambda action, _condition: wanted.append(action))
+    hanging = Condition('arm', '', 'is late', Level.WARNING, (Action.RESTART_DEVICE,), 'arm')
+    chip.show_alarm(Alarm(hanging, NOON_S), True, False)
+    chip.show()
+    (button,) = chip.findChildren(QPushButton)
+    qtbot.mousePress(button, Qt.LeftButton)
+    dead = Condition('arm', '', 'stopped', Level.BAD, (Action.RESTART_DEVICE, Action.SHOW_LOG),
+                     'arm')
+    chip.show_alarm(Alarm(dead, NOON_S), True, False)
+    qtbot.mouseRelease(button, Qt.LeftButton)
+    assert wanted == [Action.RESTART_DEVICE]
+    assert [it.toolTip() for it in chip.findChildren(QPushButton)] == ['Restart device', 'Show log']
+
+
 def test_a_dead_node_is_red_and_can_be_restarted(stand: Stand, qtbot: Any) -> None:
     stand.report('arm', NodeState.EXITED, -9)
     assert stand.texts()[0] == 'arm: driver killed by SIGKILL'
@@ -512,6 +530,7 @@ class Recording(QObject):
 
     changed = pyqtSignal()
     finished = pyqtSignal(str)
+    broken_off = pyqtSignal(str)
     state = RecordingState()
 
     def become(self, **values: Any) -> None:
@@ -580,6 +599,22 @@ def test_events_are_saved_beside_the_bag(noted: Tuple[Stand, Recording], tmp_pat
     lines = Path(events_path(path)).read_text(encoding='utf-8').splitlines()
     assert [line.split('  ')[1] for line in lines] == [
         'recording seam.bag', 'mark: seam begins', 'recorded seam.bag']
+
+
+def test_events_of_a_recording_that_its_recorder_did_not_finish(
+        noted: Tuple[Stand, Recording], tmp_path: Path) -> None:
+    stand, recording = noted
+    path, copy = str(tmp_path / 'seam.bag'), str(tmp_path / 'seam.reindexed.bag')
+    recording.become(path=path)
+    recording.become(marks=(RecordedMark(1.0, 'seam begins'),))
+    recording.become(path='')
+    recording.broken_off.emit(path)
+    recording.become(path=str(tmp_path / 'next.bag'))  # before the first one is recovered
+    recording.finished.emit(copy)
+    lines = Path(events_path(path)).read_text(encoding='utf-8').splitlines()
+    assert [line.split('  ')[1] for line in lines] == [
+        'recording seam.bag', 'mark: seam begins', 'seam.bag was not finished']
+    assert Path(events_path(copy)).read_text(encoding='utf-8').splitlines() == lines
 
 
 def test_an_alarm_that_began_before_the_recording(noted: Tuple[Stand, Recording],

@@ -341,7 +341,8 @@ class TestWithoutIndex:
         bench.model.reindex()
         bench.qtbot.waitUntil(lambda: bool(bench.failures))
         text, details = parted(bench.failures[0])
-        assert re.fullmatch(r'Recovered the first \d\.\d s; the rest is unreadable\.', text), text
+        assert re.fullmatch(r'a\.reindexed\.bag: recovered the first \d\.\d s; '
+                            r'the rest is unreadable\.', text), text
         assert 'at byte' in details and 'at byte' not in text
 
     def test_the_view_offers_it(self, bench: Bench, cut: str) -> None:

@@ -127,6 +127,19 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     assert stand.sought == [pytest.approx(27.0, abs=0.1)]
 
 
+def test_beside_the_running_cell_a_poor_run_still_says_what_differed(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.panel.set_live(True)
+    departures, refusals = stand.panel.departures, []
+    assert departures.headerItem().text(0) == 'What differed'
+    assert departures.topLevelItem(0).text(0) == 'arm tool force'
+    stand.panel.refused.connect(refusals.append)
+    departures.itemClicked.emit(departures.topLevelItem(0), 0)
+    assert stand.sought == [] and 'choose Playback mode' in refusals[0]
+
+
 def test_a_long_name_of_a_recording_leaves_the_verdict_its_room(stand: Stand) -> None:
     long = f'{os.path.dirname(stand.path)}/sewing_cell_left_and_right_2026-11-26-13-45-12.bag'
     os.rename(stand.path, long)

@@ -314,6 +314,10 @@ def test_more_of_the_past_by_wheel_and_list(stand: Stand) -> None:
     stand.panel.durations.activated.emit(row)
     stand.tasks.end_all()
     assert stand.model.window.duration_s == 600.0
+    stand.model.set_duration(120.0)  # that of the last session
+    assert stand.panel.durations.currentText() == '2 min'
+    stand.model.set_duration(None)  # there was none
+    assert stand.model.duration_s == 120.0
 
 
 def test_a_curve_is_hidden_and_the_choice_is_that_of_playback(stand: Stand) -> None:

@@ -306,9 +306,9 @@ def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     panel.set_live(True)
     run = compared.choose(0)
     compared.run(int(POOR_FROM_S) + 2, run)
-    row = panel.departures.topLevelItem(0)
+    row, head = panel.departures.topLevelItem(0), panel.departures.headerItem()
     assert row.text(0) == 'arm tool force' and row.text(2).endswith('N above range')
-    assert row.text(1).startswith('for ')
+    assert row.text(1).startswith('for ') and head.text(0) == 'What differs now'
     panel.departures.itemClicked.emit(row, 0)
     run_in(compared.stand.session, None)
     assert panel.state.text().endswith('they run.')

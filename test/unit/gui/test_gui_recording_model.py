@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Iterator, List
 
 import pytest
+import rosbag
 from held_tasks import wait_for_line
 from recording_stand_in import StandInRecorder, devices, told
+from rospy import Time
 from session_stand import choose, run
+from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
@@ -454,6 +457,38 @@ def test_a_recorder_that_has_ended_and_finished_its_bag(recording, client, qtbot
     with qtbot.waitSignal(recording.finished) as signal:
         run(session, Mode.REALTIME, PartState.FAILED)
     assert signal.args == [client.path] and messages_of(recording) == []
+
+
+def test_what_an_ended_recorder_has_written_is_made_a_bag(recording, client, qtbot, session):
+    with rosbag.Bag(client.path, 'w', chunk_threshold=2000) as bag:
+        for number in range(1000):
+            bag.write('/feed', Float64(number), Time(1000, 1_000_000 * number))
+    data = Path(client.path).read_bytes()
+    Path(client.path).unlink()
+    Path(f'{client.path}.active').write_bytes(data[:int(0.8 * len(data))])
+    with qtbot.waitSignal(recording.broken_off) as broken_off:
+        run(session, Mode.REALTIME, PartState.FAILED)
+    assert broken_off.args == [client.path] and 'Recover' in messages_of(recording)[0]
+    copy = client.path.replace('.bag', '.reindexed.bag')
+    with qtbot.waitSignal(recording.finished) as finished:
+        recording.recover()
+        recording.recover()  # once is enough
+    state = recording.state
+    assert finished.args == [copy] == list(state.finished.files)
+    assert (state.error, state.unfinished, state.recovered) == ('', '', None)
+    assert state.finished.recovery.startswith(f'{Path(copy).name}: recovered the first 0.')
+
+
+def test_a_file_of_which_nothing_can_be_recovered(recording, client, qtbot, session):
+    Path(f'{client.path}.active').write_bytes(b'#ROSBAG V2.0\n')
+    with qtbot.waitSignal(recording.failed):
+        run(session, Mode.REALTIME, PartState.FAILED)
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.recover()
+    assert f'{client.path}.active' in signal.args[0]
+    assert recording.state.unfinished == client.path and recording.state.recovered is None
+    run(session, None)
+    assert recording.state.unfinished and recording.state.error  # still offered
 
 
 def test_a_recorder_that_was_started_anew(recording, clock, client, qtbot):

@@ -464,6 +464,18 @@ def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, cl
     assert text(find, 'record_notice').startswith('seam.bag')
 
 
+def test_recover_is_offered_for_an_unfinished_recording(find, running, client, session, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
+    assert not find(QPushButton, 'recover_recording').isVisible()
+    run(session, Mode.REALTIME, PartState.FAILED)
+    qtbot.waitUntil(find(QPushButton, 'recover_recording').isVisible)
+    assert not find(QPushButton, 'play_recording').isVisible()
+    click(find, 'recover_recording')  # there is no file
+    qtbot.waitUntil(lambda: 'cannot be' in text(find, 'record_notice')
+                    or 'No such' in text(find, 'record_notice'))
+
+
 def test_save_the_last_seconds(find, running, client, qtbot):
     width = find(QPushButton, 'save_recent').minimumWidth()
     assert width >= find(QPushButton, 'save_recent').sizeHint().width()

@@ -9,6 +9,7 @@ from typing import Callable, Dict, Optional
 from PyQt5.QtCore import QObject
 
 from process_visualizer.bagio.bag_errors import BagError
+from process_visualizer.bagio.reindex import copy_path
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.cell.alarms_model import AlarmsModel
@@ -61,9 +62,11 @@ class EventNotes(QObject):
         self._parts: Dict[str, PartState] = {}
         self._path, self._marks = '', 0
         self._begun_s: Optional[float] = None
+        self._unfinished: Dict[str, str] = {}  # events by the path that a recovered bag has
         launch.changed.connect(self._follow_launch)
         recording.changed.connect(self._follow_recording)
         recording.finished.connect(self._finish)
+        recording.broken_off.connect(self._keep_unfinished)
 
     def _follow_launch(self) -> None:
         before, self._phase = self._phase, self._launch.phase
@@ -106,10 +109,24 @@ class EventNotes(QObject):
 
     def _finish(self, path: str) -> None:
         """Save the events of a bag's recording; of a bag saved afterwards, those of its time."""
+        self._alarms.note(f'recorded {os.path.basename(path)}')
+        if path in self._unfinished:
+            self._write(path, self._unfinished.pop(path))
+        else:
+            self._write(path, self._text_of_recording())
+
+    def _keep_unfinished(self, path: str) -> None:
+        """Save the events of a recording whose recorder ended without finishing its bag."""
+        self._alarms.note(f'{os.path.basename(path)} was not finished')
+        text = self._unfinished[copy_path(path)] = self._text_of_recording()
+        self._write(path, text)
+
+    def _text_of_recording(self) -> str:
         begun_s = self._wall_s() - RECENT_S if self._begun_s is None else self._begun_s
         self._begun_s = None
-        self._alarms.note(f'recorded {os.path.basename(path)}')
-        text = events_text(self._alarms.events_since(begun_s))
+        return events_text(self._alarms.events_since(begun_s))
+
+    def _write(self, path: str, text: str) -> None:
         self._tasks.run('files', lambda: write_events(path, text), None, self._note_failure)
 
     def _note_failure(self, error: Exception) -> None:

@@ -205,6 +205,7 @@ def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))
     launcher.bag.curves.choices.restore(settings.value('curves', {}))
+    launcher.live.set_duration(settings.value('live_duration_s'))
     if options.bag:
         launcher.bag.open([options.bag])
     launcher.session.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
@@ -249,6 +250,7 @@ def _store(launcher: Launcher, settings: Settings) -> None:
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
     settings.store('curves', launcher.bag.curves.choices.settings())
+    settings.store('live_duration_s', launcher.live.duration_s)
     settings.sync()  # this process may be replaced at once
 
 

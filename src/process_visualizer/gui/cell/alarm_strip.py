@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, Dict, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QShowEvent
@@ -180,8 +180,8 @@ class AlarmStrip(QWidget):
         else:
             self._known = len(alarms)
         for row, alarm in enumerate(alarms):
-            if row >= len(self._shown) or not _have_same_chip(self._shown[row], alarm):
-                self._put(row, alarm)
+            if row >= len(self._shown) or _key(self._shown[row]) != _key(alarm):
+                self._put(row)
             self._chip(row).show_alarm(alarm, _key(alarm) in present, self._model.can_replay)
         while self._column.count() > len(alarms):
             self._drop(len(alarms))
@@ -195,10 +195,10 @@ class AlarmStrip(QWidget):
         self.more.setToolTip(plain_tip(self.more.accessibleName()) if new > 0 else '')
         self.more.setEnabled(new > 0)
 
-    def _put(self, row: int, alarm: Alarm) -> None:
+    def _put(self, row: int) -> None:
         if row < self._column.count():
             self._drop(row)
-        chip = AlarmChip(alarm)
+        chip = AlarmChip()
         chip.action_wanted.connect(self.action_wanted)
         self._column.insertWidget(row, chip)
         chip.show()
@@ -227,12 +227,6 @@ def _key(alarm: Alarm) -> Tuple[str, str, Optional[float]]:
     return condition.source, condition.about, condition.position_s
 
 
-def _have_same_chip(before: Alarm, now: Alarm) -> bool:
-    """Return whether a chip can be updated from one alarm to the other."""
-    return (_key(before), before.condition.level, before.condition.actions) == (
-        _key(now), now.condition.level, now.condition.actions)
-
-
 def _more_button(area: QScrollArea) -> QToolButton:
     """Return a button, in a place of its own, that scrolls to the last alarm."""
     button = QToolButton()
@@ -247,28 +241,26 @@ def _more_button(area: QScrollArea) -> QToolButton:
 
 
 class AlarmChip(QFrame):
-    """One alarm: its time, source and text, and buttons with remedies."""
+    """One alarm: its time, source and text, and buttons with remedies.
+
+    A button stays while its alarm has that remedy, so that a click that has begun counts.
+    """
 
     action_wanted = pyqtSignal(object, object)
 
-    def __init__(self, alarm: Alarm, parent: Optional[QWidget] = None) -> None:
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self.setObjectName('alarm')
         self.setFixedHeight(_row_px(self))
-        tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
-        set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
-                        f'border-radius: 4px; background: <behind_{tone}>; }}')
-        self._condition = alarm.condition
+        self._condition: Optional[Condition] = None
         self.text = ElidedLabel(Qt.ElideRight, lines=_LINES)
         self.text.setObjectName('alarm_text')
         _make_small(self.text)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(6, 1, 2, 1)
-        row.setSpacing(2)
-        row.addWidget(self.text, 1)
-        self._buttons = {it: self._button(it) for it in alarm.condition.actions}
-        for button in self._buttons.values():
-            row.addWidget(button)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(6, 1, 2, 1)
+        self._row.setSpacing(2)
+        self._row.addWidget(self.text, 1)
+        self._buttons: Dict[Action, QPushButton] = {}
 
     def show_alarm(self, alarm: Alarm, is_there: bool, can_replay: bool) -> None:
         """Show the present state of the alarm, and enable the actions that are possible now.
@@ -280,12 +272,30 @@ class AlarmChip(QFrame):
             is_there: whether the alarm is still present.
             can_replay: whether the past of the cell can be replayed.
         """
-        self._condition = alarm.condition
+        before, self._condition = self._condition, alarm.condition
+        if before is None or before.level is not alarm.condition.level:
+            tone = 'bad' if alarm.condition.level is Level.BAD else 'warning'
+            set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
+                            f'border-radius: 4px; background: <behind_{tone}>; }}')
+        if before is None or before.actions != alarm.condition.actions:
+            self._show_buttons(alarm.condition.actions)
         self.text.setText(chip_text(alarm))
         self.text.setEnabled(is_there)
         can_not = {Action.ACKNOWLEDGE: alarm.is_acknowledged, Action.REPLAY: not can_replay}
         for action, button in self._buttons.items():
             button.setEnabled(is_there and not can_not.get(action, False))
+
+    def _show_buttons(self, actions: Sequence[Action]) -> None:
+        for action in set(self._buttons).difference(actions):
+            button = self._buttons.pop(action)
+            button.setEnabled(False)  # so that the strip does not scroll as the focus moves on
+            self._row.removeWidget(button)
+            button.hide()
+            button.deleteLater()
+        for place, action in enumerate(actions, start=1):  # behind the text
+            if action not in self._buttons:
+                self._buttons[action] = self._button(action)
+                self._row.insertWidget(place, self._buttons[action])
 
     def _button(self, action: Action) -> QPushButton:
         button = QPushButton(_SHORT.get(action, action.value))

@@ -50,6 +50,7 @@ from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _STATE_LINES = 3
+_DIFFERED, _DIFFERS_NOW = 'What differed', 'What differs now'
 _KINDS = ('Pages (*.html);;Films (*.mp4 *.gif);;Tables (*.csv *.parquet);;'
           'For Foxglove and Lichtblick (*.mcap)')
 _MAX_NAME = 0.4  # maximum share of a list's width for names, so that the verdict has room
@@ -102,7 +103,7 @@ class ComparePanel(QWidget):
                                   _DEPARTURES_PX)
         self.finished.keep_end_in_sight()
         self._finished: Sequence[FinishedRun] = ()
-        self.departures = _RowsTree('departures', ('What differed', 'From', 'By how much'),
+        self.departures = _RowsTree('departures', (_DIFFERED, 'From', 'By how much'),
                                     _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
@@ -151,8 +152,12 @@ class ComparePanel(QWidget):
         model = self._model
         if model.activity:
             return model.activity
-        if model.shared:
-            return model.shared
+        said = self._result()
+        return f'{model.shared}\n{said}' if model.shared else said
+
+    def _result(self) -> str:
+        """Return in words what was compared, or what the operator can do next."""
+        model = self._model
         if not model.paths:
             return _EMPTY_LIVE if self._is_live else _EMPTY
         if not model.runs:
@@ -217,12 +222,12 @@ class ComparePanel(QWidget):
         chosen = self._chosen()
         self.reset.setEnabled(not self._is_live and chosen is not None
                               and bool(self._model.anchors(self._row)))
-        rows: List[QTreeWidgetItem] = []
-        if self._live.text and self._is_live:
-            rows = [_live_row(it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))
-                    for it in self._live.departures]
-        elif chosen is not None:
+        live = self._live.departures if self._live.text and self._is_live else ()
+        rows = [_live_row(it.signal.name, lasting_text(it, self._live.now_s), beyond_text(it))
+                for it in live]
+        if not live and chosen is not None:
             rows = [_row(chosen, it) for it in chosen.departures]
+        self.departures.headerItem().setText(0, _DIFFERS_NOW if live else _DIFFERED)
         self.departures.show_rows(rows, takes_room=not self._is_live)
 
     def _show_finished(self) -> None:
@@ -241,11 +246,15 @@ class ComparePanel(QWidget):
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
 
     def _seek(self, item: QTreeWidgetItem) -> None:
-        if self._is_live:
-            return
+        position_s = item.data(0, Qt.UserRole)
+        if position_s is None:
+            return  # of the run that goes on
         listed = self._model.runs[self._row]
-        if listed.path in self._model.recording[:1]:
-            self.seek_wanted.emit(item.data(0, Qt.UserRole))
+        if self._is_live:
+            self.refused.emit(f'{listed.run.name} is in a recording: choose Playback mode to go '
+                              'there')
+        elif listed.path in self._model.recording[:1]:
+            self.seek_wanted.emit(position_s)
         else:
             self.refused.emit(f'{listed.run.name} is in a recording that is not open: open '
                               f'{listed.path} on the tab Playback to go there')

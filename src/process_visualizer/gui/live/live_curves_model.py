@@ -167,10 +167,12 @@ class LiveCurvesModel(QObject):
             self._is_judged = is_judged
             self._follow()
 
-    def set_duration(self, duration_s: float) -> None:
-        """Show this length of the past, at most MAX_S."""
-        self._duration_s = duration_s
-        self._follow(now=True)
+    def set_duration(self, duration_s: Optional[float]) -> None:
+        """Show this length of the past, one of DURATIONS_S; others are ignored."""
+        if duration_s in DURATIONS_S:
+            self._duration_s = duration_s
+            self.changed.emit()
+            self._follow(now=True)
 
     def hold(self, is_held: bool) -> None:
         """Hold the picture, or let it continue."""

@@ -12,7 +12,13 @@ from process_visualizer.bagio.catalog import Catalog, missing_topics, read_catal
 from process_visualizer.bagio.marks import Mark, add_mark, marks_path
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.bagio.reindex import ReindexCanceled, Reindexed, copy_path, reindex
+from process_visualizer.bagio.reindex import (
+    ReindexCanceled,
+    Reindexed,
+    copy_path,
+    recovered_text,
+    reindex,
+)
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
 from process_visualizer.curves.curves import Curve, RecordedAlarm, read_curves, recorded_alarms
@@ -25,7 +31,6 @@ from process_visualizer.gui.toolkit.tasks import TaskProgress, Tasks
 
 # Functions of the bag model that run off the GUI thread.
 
-_STEP = 0.005  # smallest step that a progress bar shows
 
 
 class RecordingGone(Exception):
@@ -74,33 +79,6 @@ def catalog_if_there(paths: Sequence[str]) -> Catalog:
     return catalog_of(paths)
 
 
-def reindexed(path: str, progress: TaskProgress) -> Reindexed:
-    """Make an indexed copy of a bag.
-
-    Raises:
-        ReindexCanceled: the progress was canceled.
-        BagError: nothing in the bag can be read, or the copy cannot be written.
-    """
-    report = in_steps(progress)
-
-    def go_on(part: float) -> bool:
-        report(part)
-        return not progress.is_canceled()
-    return reindex(path, go_on)
-
-
-def in_steps(progress: TaskProgress) -> Callable[[float], None]:
-    """Return a function that reports to a progress, but only visible steps."""
-    shown = -1.0
-
-    def report(part: float) -> None:
-        nonlocal shown
-        if part >= shown + _STEP or part >= 1.0:
-            shown = part
-            progress.report(part)
-    return report
-
-
 def missing_of(paths: Sequence[str]) -> Tuple[str, ...]:
     """Return the files that no longer exist."""
     return tuple(path for path in paths if not os.path.exists(path))
@@ -113,21 +91,6 @@ def in_order(paths: Sequence[str]) -> List[str]:
 
 def _is_newer(copy: str, path: str) -> bool:
     return os.path.exists(copy) and os.path.getmtime(copy) >= os.path.getmtime(path)
-
-
-def recovered_text(result: Reindexed) -> str:
-    """Return in words how much of a bag without an index could be read.
-
-    Raises:
-        BagError: the indexed copy cannot be read.
-    """
-    found = read_catalog([result.path])
-    duration_s = found.duration_s
-    if all(gap.begin_ns >= found.begin_ns + round(duration_s * 1e9) for gap in result.gaps):
-        return f'Recovered the first {duration_s:.1f} s; the rest is unreadable.'
-    count = len(result.gaps)
-    parts = 'a part is' if count == 1 else f'{count} parts are'
-    return f'Recovered {duration_s:.1f} s; {parts} unreadable.'
 
 
 class PlayedTopics(QObject):
@@ -234,7 +197,7 @@ class CurvesModel(QObject):
         if paths and self._sources:
             self._reading = progress = TaskProgress(self)
             self._tasks.run(
-                LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
+                LINE, lambda: read_curves(paths, devices, None, progress.report,
                                           progress.is_canceled),
                 lambda curves: self._take(progress, curves),
                 lambda error: self._refuse(progress, error))
@@ -468,7 +431,7 @@ class BagModel(QObject):
             return
         path, progress = self._unindexed, TaskProgress(self)
         self._reindexing = progress
-        self._tasks.run(_REINDEXING, lambda: reindexed(path, progress),
+        self._tasks.run(_REINDEXING, lambda: reindex(path, progress.go_on),
                         lambda result: self._take_copy(progress, result),
                         lambda error: self._refuse_copy(progress, error))
         self.changed.emit()

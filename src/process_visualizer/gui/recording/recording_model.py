@@ -10,6 +10,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bagio.bag_errors import BagError
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.bagio.reindex import recovered_text, reindex
 from process_visualizer.bagio.report import make_report, verdict
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecorderError, RecorderUnreachable
@@ -18,13 +19,16 @@ from process_visualizer.gui.recording.recording_choices import DiskRoom, Recordi
 from process_visualizer.gui.recording.recording_state import (
     RecordingState,
     RecordingStep,
+    active,
     advice,
     checked,
     ended,
     failed,
     gone,
     left_behind,
+    not_recovered,
     obstacle,
+    recovered,
     updated,
 )
 from process_visualizer.gui.recording.recording_types import (
@@ -36,7 +40,7 @@ from process_visualizer.gui.recording.recording_types import (
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.session import Session
 from process_visualizer.gui.toolkit.labels import listing
-from process_visualizer.gui.toolkit.tasks import SilenceWatch, Tasks
+from process_visualizer.gui.toolkit.tasks import SilenceWatch, TaskProgress, Tasks
 
 _VERDICT_LINE = 'verdict'
 
@@ -110,6 +114,8 @@ class RecordingModel(QObject):
     """The recorder no longer reports: it hangs, or has ended."""
     finished = pyqtSignal(str)
     """A bag is complete; its path (of a split recording, the path of the first file)."""
+    broken_off = pyqtSignal(str)
+    """The recorder has ended without finishing its bag; the path that the bag would have."""
 
     def __init__(self, tasks: Tasks, client: RecorderClient, session: Session,
                  parent: Optional[QObject] = None,
@@ -194,8 +200,13 @@ class RecordingModel(QObject):
         """Check whether the recorder, which has ended, has finished its bag."""
         path, self._state = self._state.left, self._state._replace(left='')
         if path:
-            self._tasks.run('files', lambda: os.path.exists(path), lambda is_there: self._take(
-                left_behind(self._state, path, bool(is_there))))
+            self._tasks.run('files', lambda: os.path.exists(path),
+                            lambda is_there: self._take_left(path, bool(is_there)))
+
+    def _take_left(self, path: str, is_there: bool) -> None:
+        if not is_there:
+            self.broken_off.emit(path)
+        self._take(left_behind(self._state, path, is_there))
 
     def after_end_of_run(self, act: Callable[[], None]) -> None:
         """Act once it is known whether the recorder has finished its bag; ``finished`` is first."""
@@ -249,6 +260,26 @@ class RecordingModel(QObject):
             options = self.choices.options_to_save(self._state.recent_s)
             self._write(RecordingPhase.STOPPING,
                         lambda: [checked(self._client.save_recent, options)], self._ended)
+
+    def recover(self) -> None:
+        """Make a bag of what the recorder wrote before it ended; its file stays as it is."""
+        path, progress = self._state.unfinished, TaskProgress(self)
+        if not path or self._state.recovered is not None:
+            return
+
+        def recovery() -> Tuple[str, str]:
+            result = reindex(active(path), progress.go_on)
+            return result.path, recovered_text(result)
+
+        def refuse(error: Exception) -> None:
+            if not isinstance(error, BagError):
+                raise error
+            self._take(not_recovered(self._state, str(error)))
+
+        progress.changed.connect(lambda share: self._enter(self._state.recovering(share)))
+        self._enter(self._state.recovering(0.0))
+        self._tasks.run('recovery', recovery,
+                        lambda found: self._take(recovered(self._state, *found)), refuse)
 
     def set_label(self, label: str) -> None:
         """Set the label for the next mark."""

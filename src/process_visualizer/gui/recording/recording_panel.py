@@ -268,6 +268,10 @@ class RecordingNotice(QWidget):
         self._play.setObjectName('play_recording')
         self._play.setToolTip('Quit the nodes and play this bag')
         self._play.clicked.connect(self._on_play)
+        self._recover = QPushButton('Recover')
+        self._recover.setObjectName('recover_recording')
+        self._recover.setToolTip('Make a bag of what was recorded before the recorder ended')
+        self._recover.clicked.connect(model.recover)
         self._dismiss = QToolButton()
         self._dismiss.setObjectName('dismiss_notice')
         self._dismiss.setText('×')
@@ -289,10 +293,10 @@ class RecordingNotice(QWidget):
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
         color(self._text, 'text' if notice.icon else 'quiet')
         state = self._model.state
-        is_idle = state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF)
-        self._play.setVisible(is_idle and state.finished is not None
-                              and state.refused_options is None)
-        self._dismiss.setVisible(bool(state.error))
+        self._play.setVisible(_can_play(state) and state.refused_options is None)
+        is_recovering = state.recovered is not None
+        self._recover.setVisible(bool(state.unfinished) and not is_recovering)
+        self._dismiss.setVisible(bool(state.error) and not is_recovering)
 
     def _on_play(self) -> None:
         bag = self._model.state.finished
@@ -305,12 +309,16 @@ class RecordingNotice(QWidget):
         layout.addWidget(self._icon, 0, Qt.AlignTop)
         layout.addWidget(TextPlace(_NOTICE_LINES, self._text), 1)
         layout.addWidget(self._play, 0, Qt.AlignTop)
+        layout.addWidget(self._recover, 0, Qt.AlignTop)
         layout.addWidget(self._dismiss, 0, Qt.AlignTop)
 
 
 def notice_of(model: RecordingModel) -> Notice:
     """Return the current notice."""
     state = model.state
+    if state.recovered is not None and not state.is_busy:
+        name = os.path.basename(state.unfinished)
+        return Notice('', f'Recovering {name}… {state.recovered:.0%}', state.unfinished)
     if state.error:
         return Notice('warning', sentence(state.error))
     if state.is_silent:
@@ -321,12 +329,20 @@ def notice_of(model: RecordingModel) -> Notice:
         return Notice('', 'Writing what has arrived, and finishing the file…')
     if state.phase is RecordingPhase.RECORDING:
         return _while_recording(model)
-    if state.finished is not None and state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF):
+    if state.finished is not None and _can_play(state):
         return _finished(state.finished, model.verdict.verdict)
     if state.phase is RecordingPhase.IDLE:
         ticked = sum(row.is_ticked for row in model.choices.topics)
         return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
     return Notice('warning' if state.phase is RecordingPhase.GONE else '', _LINES[state.phase])
+
+
+def _can_play(state: RecordingState) -> bool:
+    """Return whether the finished bag is offered; that of a recorder that has ended, too."""
+    if state.finished is None:
+        return False
+    return state.phase in (RecordingPhase.IDLE, RecordingPhase.OFF) or (
+        state.phase is RecordingPhase.GONE and bool(state.finished.recovery))
 
 
 def _while_silent(state: RecordingState) -> Notice:
@@ -363,7 +379,9 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
     judgement = 'checking whether it is complete…' if verdict is None else verdict.text
-    hint = '\n'.join([*bag.files, judgement, *bag.problems])
+    hint = '\n'.join(filter(None, [*bag.files, bag.recovery, judgement, *bag.problems]))
+    if bag.recovery:
+        return Notice('ok', bag.recovery, hint)
     if verdict is None or not verdict.is_good:
         return Notice('' if verdict is None else 'warning', f'{text}: {judgement}', hint)
     if not bag.problems:

@@ -44,6 +44,8 @@ class RecordingState(NamedTuple):
     ``path`` is the current recording, or ''. ``left`` is the recording that was being made when the
     end of the run was requested, or when the recorder ended, or ''. ``ended`` are the files of all
     recordings that ended in this run. ``finished`` and ``error`` are shown until the next command.
+    ``unfinished`` is the recording that its recorder did not finish, which ``error`` is about, or
+    ''; ``recovered`` is the finished share of its recovery (0 to 1), None while there is none.
     ``refused_options`` are the options of the failed command that ``error`` is about; None if
     ``error`` is about something else. ``label`` is the label of the next mark, or ''.
     ``snapshot`` is the recorder's last report, without rates once the recorder is silent.
@@ -59,6 +61,8 @@ class RecordingState(NamedTuple):
     ended: FrozenSet[str] = frozenset()
     finished: Optional[FinishedBag] = None
     error: str = ''
+    unfinished: str = ''
+    recovered: Optional[float] = None
     refused_options: Optional[RecordingOptions] = None
     marks: Tuple[RecordedMark, ...] = ()
     label: str = ''
@@ -153,7 +157,7 @@ class RecordingState(NamedTuple):
             path='',
             left='' if is_running else self.path,
             ended=frozenset(),
-            error='',
+            error=self.error if self.unfinished else '',
             refused_options=None,
             snapshot=NOTHING_TOLD,
             clock=RecordingClock(),
@@ -227,7 +231,8 @@ class RecordingState(NamedTuple):
 
     def dismissed(self) -> 'RecordingState':
         """Return the state after the operator has seen the finished bag or the error."""
-        return self._replace(error='', refused_options=None, finished=None)
+        unfinished = '' if self.recovered is None else self.unfinished
+        return self._replace(error='', unfinished=unfinished, refused_options=None, finished=None)
 
     def seen(self) -> 'RecordingState':
         """Return the dismissed state; a bag finished before a refused command is kept."""
@@ -238,6 +243,10 @@ class RecordingState(NamedTuple):
         """Return the state after a choice: an error about other options is removed."""
         is_other = self.refused_options not in (None, options)
         return self._replace(error='', refused_options=None) if is_other else self
+
+    def recovering(self, share: float) -> 'RecordingState':
+        """Return the state while a finished bag is made of ``unfinished``."""
+        return self._replace(recovered=share)
 
 
 # Advice for an operator whose command cannot be carried out.
@@ -273,8 +282,13 @@ def obstacle(
 
 def repair(path: str) -> str:
     """Return advice for a file that the recorder has not finished."""
-    return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
-            f'{path}.active" makes a bag of it')
+    return (f'What it wrote is in {active(path)}; Recover (or "rosrun process_visualizer cell '
+            f'reindex {active(path)}") makes a bag of it')
+
+
+def active(path: str) -> str:
+    """Return the path of a recording while the recorder writes it."""
+    return f'{path}.active'
 
 
 def advice(error: Exception, path: str) -> str:
@@ -335,9 +349,23 @@ def gone(state: RecordingState) -> RecordingStep:
 def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingStep:
     """Return the step after the check whether an ended recorder has finished its bag."""
     if not is_there:
-        return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
+        said = f'the recorder ended before its bag was finished. {repair(path)}'
+        return failed(state._replace(unfinished=path), said)
     return RecordingStep(state._replace(finished=FinishedBag((path,)),
                                         ended=state.ended.union((path,))), (path,))
+
+
+def recovered(state: RecordingState, path: str, said: str) -> RecordingStep:
+    """Return the step after ``path`` was made of the unfinished recording; ``said``: how much."""
+    return RecordingStep(
+        state.dismissed()._replace(recovered=None, unfinished='',
+                                   finished=FinishedBag((path,), recovery=said),
+                                   ended=state.ended.union((path,))), (path,))
+
+
+def not_recovered(state: RecordingState, message: str) -> RecordingStep:
+    """Return the step after a failed recovery, which can be tried again."""
+    return failed(state._replace(recovered=None), message)
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:

@@ -70,12 +70,14 @@ def figures_of(snapshot: RecorderSnapshot) -> Figures:
 class FinishedBag(NamedTuple):
     """The bag recorded or saved last: its files, and problems that the recorder found meanwhile.
 
-    ``figures`` is None if the recorder has ended without reporting the last figures.
+    ``figures`` is None if the recorder has ended without reporting the last figures. ``recovery``
+    says how much of an unfinished recording is in it; '' for a bag finished by the recorder.
     """
 
     files: Tuple[str, ...]
     problems: Tuple[str, ...] = ()
     figures: Optional[Figures] = None
+    recovery: str = ''
 
 
 _MAX_S = 1.5

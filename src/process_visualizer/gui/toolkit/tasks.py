@@ -103,6 +103,10 @@ class Tasks(QObject):
             raise error
 
 
+_SMALLEST_STEP = 0.005
+"""Smallest step that a progress bar shows; smaller ones would only wake the GUI thread."""
+
+
 class TaskProgress(QObject):
     """The progress of a task: created in the GUI thread, reported to from the task's thread."""
 
@@ -112,10 +116,18 @@ class TaskProgress(QObject):
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._canceled = threading.Event()
+        self._reported = -1.0
 
     def report(self, fraction: float) -> None:
-        """Report the finished part, 0 to 1; for any thread."""
-        self.changed.emit(fraction)
+        """Report the finished part, 0 to 1; for the thread of the task."""
+        if abs(fraction - self._reported) >= _SMALLEST_STEP or fraction >= 1.0:
+            self._reported = fraction
+            self.changed.emit(fraction)
+
+    def go_on(self, fraction: float) -> bool:
+        """Report the finished part, and return whether the task may go on."""
+        self.report(fraction)
+        return not self.is_canceled()
 
     def cancel(self) -> None:
         """Ask the task to end soon."""
