@@ -43,8 +43,7 @@ from process_visualizer.clients.player_client import PlayerClient, PlayerError
 from process_visualizer.curves.position_values import PositionValues, key_of
 from process_visualizer.film.headless_browser import HeadlessBrowser
 from process_visualizer.msg import PlayerState
-from process_visualizer.parameters.arrow_style import configured_arrow
-from process_visualizer.robot.arrows import format_value, variable_text
+from process_visualizer.robot.arrows import configured_arrow, format_value, variable_text
 from process_visualizer.robot.kinematics import Placement
 from process_visualizer.robot.visuals import link_visuals
 from process_visualizer.runs.comparison.ghost import ghost_arrows, ghost_tracks

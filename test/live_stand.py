@@ -32,7 +32,7 @@ from process_visualizer.page.live_feed import Admission
 from process_visualizer.page.live_lanes import STEP_S
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.run_page import PageCell
-from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.robot.arrows import ArrowStyle
 from process_visualizer.ros_names import LIMIT_KEY
 from process_visualizer.runs.comparison.live_comparison import LiveBands
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand

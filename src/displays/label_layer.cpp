@@ -202,7 +202,7 @@ std::optional<VisibleLabel> seen(const SceneLabel& label, const ScreenProjection
   const Size view = projection.view();
   const auto foot = firstFootIn(view, visible);
   auto anchor = projection.pixel(label.anchor);
-  if (label.is_always_seen) anchor = inSight(anchor, view);
+  if (label.is_always_seen) anchor = anchorOrTop(anchor, view);
   if (!foot && !(anchor && isIn(view, *anchor, kBeside))) return {};
   visible.anchor = anchor ? *anchor : *foot;
   return visible;
@@ -335,17 +335,17 @@ void LabelLayer::draw(const Ogre::Camera& camera, Size view) {
   last_picture_ = now;
   std::map<std::string, Point> anchors;
   for (const VisibleLabel& it : visible) anchors[it.label->key] = it.anchor;
-  const bool anew = stillness_.begins(anchors, elapsed_s);
+  const bool from_scratch = stillness_.begins(anchors, elapsed_s);
   std::vector<LabelLayout::Plate> plates;
   std::vector<Obstacle> obstacles;
   if (!visible.empty()) obstacles = modelObstacles(scene_, projection);
   for (const VisibleLabel& it : visible) {
-    paint(it, anew);
+    paint(it, from_scratch);
     plates.push_back({it.label->key, it.anchor, plates_.at(it.label->key).size});
     const auto more = arrowObstacles(it, projection);
     obstacles.insert(obstacles.end(), more.begin(), more.end());
   }
-  const std::vector<Rect> rects = layout_.place(plates, obstacles, view, elapsed_s, anew);
+  const std::vector<Rect> rects = layout_.place(plates, obstacles, view, elapsed_s, from_scratch);
   std::vector<Leader> leaders;
   for (std::size_t i = 0; i < visible.size(); ++i) {
     plates_.at(visible[i].label->key).picture->draw(rects[i].corner, view);
@@ -362,12 +362,12 @@ void LabelLayer::forgetOthers(const std::vector<VisibleLabel>& visible) {
     it = keys.count(it->first) > 0 ? std::next(it) : plates_.erase(it);
 }
 
-void LabelLayer::paint(const VisibleLabel& visible, bool anew) {
+void LabelLayer::paint(const VisibleLabel& visible, bool from_scratch) {
   Plate& plate = plates_[visible.label->key];
   if (!plate.picture) plate.picture = std::make_unique<PlatePicture>(scene_, *node_);
   const int font_size =
       fontSize(visible.text_height, static_cast<float>(panel_->devicePixelRatioF()),
-               anew ? 0 : plate.font_size);
+               from_scratch ? 0 : plate.font_size);
   if (font_size == plate.font_size && visible.label->lines == plate.lines) return;
   plate.font_size = font_size;
   plate.lines = visible.label->lines;

@@ -72,8 +72,8 @@ class LabelLayer : public Ogre::RenderTargetListener {
   bool isOurs(const Ogre::RenderTargetViewportEvent& event) const;
   void draw(const Ogre::Camera& camera, Size view);
   void forgetOthers(const std::vector<VisibleLabel>& visible);
-  /// Paints a plate whose text or size has changed. `anew`: disregards its former size.
-  void paint(const VisibleLabel& visible, bool anew);
+  /// Paints a plate whose text or size has changed. `from_scratch`: disregards its former size.
+  void paint(const VisibleLabel& visible, bool from_scratch);
 
   Ogre::SceneManager& scene_;
   Ogre::SceneNode* node_;

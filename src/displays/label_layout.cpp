@@ -71,7 +71,7 @@ class Chooser {
     if (label.offset) consider(label, *label.offset, -kBetter);
     consider(label, {}, 0);
     for (int ring = 1; ring <= kRings; ++ring) considerRing(label, static_cast<float>(ring));
-    if (platesUnder(best_) > 0) considerNeighbors(label);
+    if (platesUnder(best_) > 0) considerBesidePlates(label);
     placed_.push_back(widened(best_, kGap));
     return {best_.corner.x + best_.size.width / 2 - label.anchor.x,
             best_.corner.y + best_.size.height / 2 - label.anchor.y};
@@ -87,7 +87,7 @@ class Chooser {
   }
 
   /// Considers places right above and below other plates, for crowded scenes and wide plates.
-  void considerNeighbors(const LabelBox& label) {
+  void considerBesidePlates(const LabelBox& label) {
     for (const Rect& other : placed_) {
       const float above = other.corner.y - label.size.height / 2;
       const float below = other.corner.y + other.size.height + label.size.height / 2;
@@ -128,7 +128,7 @@ class Chooser {
 
 }  // namespace
 
-Point inSight(const std::optional<Point>& anchor, Size view) {
+Point anchorOrTop(const std::optional<Point>& anchor, Size view) {
   const bool is_in = anchor && anchor->x >= 0 && anchor->x <= view.width && anchor->y >= 0 &&
                      anchor->y <= view.height;
   return is_in ? *anchor : Point{view.width / 2, kTop * view.height};
@@ -145,12 +145,12 @@ std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
 
 std::vector<Rect> LabelLayout::place(const std::vector<Plate>& plates,
                                      const std::vector<Obstacle>& obstacles, Size view,
-                                     float elapsed_s, bool anew) {
+                                     float elapsed_s, bool from_scratch) {
   std::vector<LabelBox> boxes;
   for (const Plate& plate : plates) {
     const auto last = offsets_.find(plate.key);
     boxes.push_back({plate.anchor, plate.size, {}});
-    if (last != offsets_.end() && !anew) boxes.back().offset = last->second.chosen;
+    if (last != offsets_.end() && !from_scratch) boxes.back().offset = last->second.chosen;
   }
   const std::vector<Point> chosen = chooseOffsets(boxes, obstacles, view);
   std::map<std::string, Offset> offsets;

@@ -27,7 +27,7 @@ struct Rect {
 };
 
 /// Returns the anchor if it is in the picture, otherwise a place at the top of the picture.
-Point inSight(const std::optional<Point>& anchor, Size view);
+Point anchorOrTop(const std::optional<Point>& anchor, Size view);
 
 /// Part of the picture that a plate should not cover. `weight` is the distance, in px, that is
 /// worth going to avoid a full overlap (of the smaller of the two).
@@ -60,10 +60,10 @@ class LabelLayout {
     Size size;
   };
 
-  /// Returns the rectangle of each plate; `elapsed_s` since the last picture. `anew`: disregards
-  /// former places.
+  /// Returns the rectangle of each plate; `elapsed_s` since the last picture. `from_scratch`:
+  /// disregards former places.
   std::vector<Rect> place(const std::vector<Plate>& plates, const std::vector<Obstacle>& obstacles,
-                          Size view, float elapsed_s, bool anew = false);
+                          Size view, float elapsed_s, bool from_scratch = false);
 
  private:
   struct Offset {

@@ -49,7 +49,7 @@ void JointBoard::add(const JointPositions& joints, const std::string& source,
   last_ = now;
   for (std::size_t i = 0; i < joints.names.size(); ++i) {
     Joint& joint = joints_[joints.names[i]];
-    compare(joint, joints.positions[i], source, now);
+    noteSource(joint, joints.positions[i], source, now);
     if (joint.count++ == 0) joint.first = now;
     joint.position = joints.positions[i];
     joint.last = now;
@@ -92,13 +92,13 @@ JointPositions JointBoard::passOn(Clock::time_point now, bool is_rest) {
   return found;
 }
 
-void JointBoard::compare(Joint& joint, double position, const std::string& source,
-                         Clock::time_point now) {
-  Report told{position, now, kBeside, 0.0};
+void JointBoard::noteSource(Joint& joint, double position, const std::string& source,
+                            Clock::time_point now) {
+  SourcePosition report{position, now, kBeside, 0.0};
   const auto before = joint.sources.find(source);
   if (before != joint.sources.end() && now > before->second.when) {
-    told.step = now - before->second.when;
-    told.moved = std::abs(position - before->second.position);
+    report.step = now - before->second.when;
+    report.moved = std::abs(position - before->second.position);
   }
   double apart = 0.0;
   for (auto other = joint.sources.begin(); other != joint.sources.end();) {
@@ -107,14 +107,16 @@ void JointBoard::compare(Joint& joint, double position, const std::string& sourc
       continue;
     }
     if (other->first != source) {
-      const auto speed = [](const Report& it) { return it.moved / Seconds(it.step).count(); };
-      const double late = kMaxDelayS * std::max(speed(told), speed(other->second));
+      const auto speed = [](const SourcePosition& it) {
+        return it.moved / Seconds(it.step).count();
+      };
+      const double late = kMaxDelayS * std::max(speed(report), speed(other->second));
       const double difference = std::abs(position - other->second.position);
       if (difference > kEqual + late) apart = std::max(apart, difference);
     }
     ++other;
   }
-  joint.sources[source] = told;
+  joint.sources[source] = report;
   if (joint.sources.size() > 1) joint.conflicts = apart > 0.0 ? joint.conflicts + 1 : 0;
   if (apart > 0.0) {
     joint.conflict = now;
@@ -170,8 +172,8 @@ std::string JointBoard::conflict(Clock::time_point now) const {
   }
   if (worst == nullptr) return "";
   std::string nodes;
-  for (const auto& [source, told] : worst->sources)
-    append(nodes, source + " (" + rounded(told.position, 3) + ")");
+  for (const auto& [source, report] : worst->sources)
+    append(nodes, source + " (" + rounded(report.position, 3) + ")");
   return std::to_string(worst->sources.size()) + " nodes send positions of " + name +
          " that are up to " + rounded(worst->apart, 3) + " apart: " + nodes +
          "; the robot jumps between them. Stop all but one";

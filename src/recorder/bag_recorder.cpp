@@ -122,7 +122,8 @@ class BagRecorder {
   std::mutex naming_mutex_;   ///< held from the choice of a file's name until the file exists
   Turns turns_;
   Intake intake_;
-  RecentAnswers recent_answers_{[this](const MessageWish& wish) { return intake_.recent(wish); }};
+  RecentAnswers recent_answers_{
+      [this](const MessageQuery& query) { return intake_.recent(query); }};
   bool has_master_ = true;  ///< for the thread that polls it
 
   ros::Publisher state_publisher_, mark_publisher_;

@@ -229,9 +229,9 @@ void Intake::forget() {
   recent_.forget();
 }
 
-NumberedMessages Intake::recent(const MessageWish& wish) const {
+NumberedMessages Intake::recent(const MessageQuery& query) const {
   const Lock lock(mutex_);
-  return recent_.wished(wish);
+  return recent_.matching(query);
 }
 
 // State
@@ -265,7 +265,7 @@ RecorderState Intake::state() const {
   state.stamp = machine_.now();
   state.state = phase_;
   state.rate = board_.byteRate();
-  state.recent = recent_.reach(state.stamp);
+  state.recent = recent_.ageOfOldestUnrecorded(state.stamp);
   state.recent_bytes = recent_.bytes();
   state.problems = problems_.texts();
   state.problem_count = problems_.count();

@@ -48,7 +48,7 @@ void LatchedMessages::forgetReplaced(const std::function<bool(const Message&)>& 
 
 void RecentMessages::add(const Message& message) {
   if (!isKept() || message.time.isZero())
-    return pass(message);  // zero: simulated time has not begun
+    return addIfLatched(message);  // zero: simulated time has not begun
   messages_.push_back(message);
   bytes_ += message.size();
   while (!messages_.empty() && (bytes_ > limit_bytes_ || age() > duration_)) {
@@ -60,7 +60,7 @@ void RecentMessages::add(const Message& message) {
   }
 }
 
-void RecentMessages::pass(const Message& message) {
+void RecentMessages::addIfLatched(const Message& message) {
   before_.add(message);
   before_unrecorded_.add(message);
 }
@@ -93,19 +93,19 @@ Past RecentMessages::since(std::size_t first, const LatchedMessages& before, con
   return past;
 }
 
-NumberedMessages RecentMessages::wished(const MessageWish& wish) const {
+NumberedMessages RecentMessages::matching(const MessageQuery& query) const {
   NumberedMessages found;
   std::size_t bytes = 0;
   const auto take = [&](const Message& message) {
-    if (wish.largest > 0 && message.size() > wish.largest) return;
-    if (wish.topics.count(message.topic()) == 0) return;
+    if (query.largest > 0 && message.size() > query.largest) return;
+    if (query.topics.count(message.topic()) == 0) return;
     found.messages.push_back(message);
     bytes += message.size();
   };
-  if (wish.first == 0 && !messages_.empty())
+  if (query.first == 0 && !messages_.empty())
     for (const Message& message : before_.at(messages_.front().time)) take(message);
-  found.next = std::clamp(wish.first, oldest_, oldest_ + messages_.size());
-  for (; found.next < oldest_ + messages_.size() && bytes < wish.most_bytes; ++found.next)
+  found.next = std::clamp(query.first, oldest_, oldest_ + messages_.size());
+  for (; found.next < oldest_ + messages_.size() && bytes < query.most_bytes; ++found.next)
     take(messages_[found.next - oldest_]);
   found.is_cut = found.next < oldest_ + messages_.size();
   return found;
@@ -130,7 +130,7 @@ void RecentMessages::setRecorded() {
   unrecorded_ = oldest_ + messages_.size();
 }
 
-double RecentMessages::reach(const ros::Time& now) const {
+double RecentMessages::ageOfOldestUnrecorded(const ros::Time& now) const {
   const std::size_t first = unrecorded();
   if (first == messages_.size() || (now - messages_.back().time).toSec() > duration_) return 0.0;
   return std::clamp((now - messages_[first].time).toSec(), 0.0, duration_);
@@ -165,14 +165,14 @@ void append(const Message& message, ReadRecent::Response& response) {
 }  // namespace
 
 void RecentAnswers::answer(const ReadRecent::Request& request, ReadRecent::Response& response) {
-  MessageWish wish{
+  MessageQuery query{
       request.first, {request.topics.begin(), request.topics.end()}, request.largest, kMaxBytes};
-  NumberedMessages found = read_(wish);
+  NumberedMessages found = read_(query);
   const std::lock_guard<std::mutex> lock(mutex_);
   response.anew = found.next < request.first || request.known > connections_.size();
   if (response.anew) {
-    wish.first = 0;
-    found = read_(wish);
+    query.first = 0;
+    found = read_(query);
   }
   response.next = found.next;
   response.more = found.is_cut;

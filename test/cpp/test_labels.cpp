@@ -90,12 +90,12 @@ TEST(LabelLayout, PlatesStayInTheView) {
 
 TEST(LabelLayout, WhatHasToBeSeenIsInTheView) {
   const Size view{800, 600};
-  const Point inside = inSight(Point{100, 200}, view);
+  const Point inside = anchorOrTop(Point{100, 200}, view);
   EXPECT_EQ(inside.x, 100);
   EXPECT_EQ(inside.y, 200);
   for (const std::optional<Point>& outside :
        {std::optional<Point>(), std::optional<Point>({400, -90}), std::optional<Point>({900, 1})}) {
-    const Point place = inSight(outside, view);
+    const Point place = anchorOrTop(outside, view);
     EXPECT_EQ(place.x, 400);
     EXPECT_GT(place.y, 0);
     EXPECT_LT(place.y, 100);

@@ -19,7 +19,7 @@ TEST(Recent, IsBoundedInTimeAndBytes) {
   RecentMessages recent(10, 1000);
   const auto connection = connectionWith("");
   for (int i = 1; i <= 30; ++i) recent.add(messageAt(i, connection, 50));
-  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(30)), 10);
+  EXPECT_DOUBLE_EQ(recent.ageOfOldestUnrecorded(ros::Time(30)), 10);
   EXPECT_EQ(recent.bytes(), 11u * 50);
   EXPECT_EQ(recent.last(ros::Time(30), 3).messages.size(), 4u);
   EXPECT_TRUE(recent.last(ros::Time(30), 0).messages.empty());
@@ -32,17 +32,18 @@ TEST(Recent, IsBoundedInTimeAndBytes) {
 TEST(Recent, ReachesBackFromNow) {
   RecentMessages recent(10, 1000);
   const auto connection = connectionWith("");
-  EXPECT_EQ(recent.reach(ros::Time(1)), 0);
+  EXPECT_EQ(recent.ageOfOldestUnrecorded(ros::Time(1)), 0);
   recent.add(messageAt(1, connection, 50));
   recent.setRecorded();
   for (int i = 2; i <= 4; ++i) recent.add(messageAt(i, connection, 50));
-  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(4)), 2);
-  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(9)), 7);  // nothing has come since, or nobody took it
+  EXPECT_DOUBLE_EQ(recent.ageOfOldestUnrecorded(ros::Time(4)), 2);
+  EXPECT_DOUBLE_EQ(recent.ageOfOldestUnrecorded(ros::Time(9)),
+                   7);  // nothing has come since, or nobody took it
   EXPECT_EQ(recent.last(ros::Time(9), 7).messages.size(), 3u);
-  EXPECT_DOUBLE_EQ(recent.reach(ros::Time(13)), 10);
+  EXPECT_DOUBLE_EQ(recent.ageOfOldestUnrecorded(ros::Time(13)), 10);
   EXPECT_EQ(recent.last(ros::Time(13), 10).messages.size(), 2u);
-  EXPECT_EQ(recent.reach(ros::Time(15)), 0);
-  EXPECT_EQ(recent.reach(ros::Time(1)), 0);  // the clock was set back
+  EXPECT_EQ(recent.ageOfOldestUnrecorded(ros::Time(15)), 0);
+  EXPECT_EQ(recent.ageOfOldestUnrecorded(ros::Time(1)), 0);  // the clock was set back
 }
 
 TEST(Recent, BeginsWithWhatWasLatchedThen) {
@@ -58,7 +59,7 @@ TEST(Recent, BeginsWithWhatWasLatchedThen) {
   EXPECT_EQ(sizeOfLatched(10), 11u);
   EXPECT_EQ(sizeOfLatched(5), 12u);
   EXPECT_EQ(sizeOfLatched(0), 18u);
-  recent.pass(messageAt(19, connection, 19));
+  recent.addIfLatched(messageAt(19, connection, 19));
   EXPECT_EQ(sizeOfLatched(10), 19u);
   recent.clear();
   EXPECT_EQ(sizeOfLatched(10), 18u);
@@ -91,7 +92,7 @@ TEST(Recent, GivesAllOfItWhateverARecordingHas) {
     EXPECT_EQ(recent.last(ros::Time(20), 100).messages.size(), i == 0 ? 2u : 0u);
     recent.setRecorded();
   }
-  EXPECT_EQ(recent.wished({0, {"/a"}}).messages.front().size(), 11u);
+  EXPECT_EQ(recent.matching({0, {"/a"}}).messages.front().size(), 11u);
   recent.add(messageAt(29, other, 29));  // 12 and 18 leave the memory
   EXPECT_EQ(sizes(100), Sizes({18, 19, 29}));
   recent.add(messageAt(40, other, 40));
@@ -107,29 +108,29 @@ TEST(Recent, IsReadPartByPart) {
   const std::set<std::string> wanted = {"/a"};
   const auto latched = latchedBy("/n"), other = latchedBy("/n", "/b");
   recent.add(messageAt(1, latched, 11));
-  EXPECT_EQ(recent.wished({0, wanted}).messages.size(), 1u);
+  EXPECT_EQ(recent.matching({0, wanted}).messages.size(), 1u);
   for (int i = 2; i <= 30; ++i) recent.add(messageAt(i, connectionWith(""), 100));
   recent.add(messageAt(30, other, 100));
-  const NumberedMessages all = recent.wished({0, wanted});
+  const NumberedMessages all = recent.matching({0, wanted});
   ASSERT_EQ(all.messages.size(), 12u);  // the latched one, and eleven of ten seconds
   EXPECT_EQ(all.messages[0].size(), 11u);
   EXPECT_LT(all.messages[0].time, all.messages[1].time);
   EXPECT_EQ(all.next, 32u);
   EXPECT_FALSE(all.is_cut);
   recent.add(messageAt(31, connectionWith(""), 100));
-  const NumberedMessages new_ones = recent.wished({all.next, wanted});
+  const NumberedMessages new_ones = recent.matching({all.next, wanted});
   ASSERT_EQ(new_ones.messages.size(), 1u);
   EXPECT_EQ(new_ones.messages[0].time, ros::Time(31));
-  EXPECT_TRUE(recent.wished({new_ones.next, wanted}).messages.empty());
-  EXPECT_EQ(recent.wished({1, wanted}).messages.size(), 11u);  // the others are forgotten
-  const NumberedMessages some = recent.wished({1, wanted, 0, 250});
+  EXPECT_TRUE(recent.matching({new_ones.next, wanted}).messages.empty());
+  EXPECT_EQ(recent.matching({1, wanted}).messages.size(), 11u);  // the others are forgotten
+  const NumberedMessages some = recent.matching({1, wanted, 0, 250});
   EXPECT_EQ(some.messages.size(), 3u);
   EXPECT_TRUE(some.is_cut);
-  EXPECT_EQ(recent.wished({some.next, wanted}).messages.size(), 8u);
-  EXPECT_TRUE(recent.wished({1, wanted, 99}).messages.empty());  // these are larger
+  EXPECT_EQ(recent.matching({some.next, wanted}).messages.size(), 8u);
+  EXPECT_TRUE(recent.matching({1, wanted, 99}).messages.empty());  // these are larger
   recent.clear();
-  EXPECT_EQ(recent.wished({1, wanted}).next, 33u);
-  EXPECT_EQ(recent.wished({99, wanted}).next, 33u);  // of a recorder that ran before
+  EXPECT_EQ(recent.matching({1, wanted}).next, 33u);
+  EXPECT_EQ(recent.matching({99, wanted}).next, 33u);  // of a recorder that ran before
 }
 
 TEST(Latched, KeepsTheNewestOfEachPublisher) {
@@ -207,7 +208,7 @@ class Answers : public testing::Test {
   }
 
   Intake intake_{"/recorder", {60, 1 << 30}, [] {}};
-  RecentAnswers answers_{[this](const MessageWish& wish) { return intake_.recent(wish); }};
+  RecentAnswers answers_{[this](const MessageQuery& query) { return intake_.recent(query); }};
 };
 
 using Numbers = std::vector<std::uint32_t>;

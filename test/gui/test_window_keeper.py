@@ -16,9 +16,9 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
+from process_visualizer.gui.app.window_places import MIN_TIMELINE_PX
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
-from process_visualizer.rviz.window_geometry import MIN_TIMELINE_PX
 
 
 class Desk:

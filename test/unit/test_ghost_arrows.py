@@ -13,7 +13,7 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.nodes.ghost.ghost_robot import BESIDE_M, GhostRobot
 from process_visualizer.nodes.ghost.ghost_robot import GhostArrow as DrawnArrow
-from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW
+from process_visualizer.robot.arrows import FORCE_ARROW, VELOCITY_ARROW
 from process_visualizer.robot.description import describe_device
 from process_visualizer.robot.joints import joint_track
 from process_visualizer.robot.kinematics import Kinematics

@@ -328,14 +328,15 @@ def test_what_the_nodes_say_themselves_is_not_said_twice() -> None:
 
 
 def test_a_master_that_does_not_answer_is_an_alarm() -> None:
-    [found] = watch_conditions(Mode.PLAYBACK, CellLook(master=MASTER_SILENT), {})
+    [found] = watch_conditions(Mode.PLAYBACK, CellLook(master_problem=MASTER_SILENT), {})
     assert found.level is Level.BAD and found.said.startswith('ROS master is not responding; ')
 
 
 def test_a_master_that_comes_back_as_another_one_is_another_event() -> None:
     board = AlarmBoard()
     for time_s, problem in enumerate((MASTER_SILENT, MASTER_OTHER)):
-        board = board.seen(watch_conditions(Mode.REALTIME, CellLook(master=problem), {}), time_s)
+        look = CellLook(master_problem=problem)
+        board = board.seen(watch_conditions(Mode.REALTIME, look, {}), time_s)
     assert texts(board)[1] == f'ROS master {MASTER_OTHER}'
 
 

@@ -14,9 +14,9 @@ from std_msgs.msg import Bool, Float32, Float64, String, UInt8MultiArray
 from visualization_msgs.msg import Marker
 
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage, decode
 from process_visualizer.nodes.common.node_handle import PlaybackFollower
+from process_visualizer.nodes.common.node_parameters import LiveNumber
 from process_visualizer.nodes.variable_processor import (
     VariableProcessor,
     marker_namespaces,

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.bagio.number_places import FieldPath
-from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
 from process_visualizer.parameters.cell_parameters import (
     SceneParameters,
     WatchedDevice,
@@ -28,6 +27,7 @@ from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.robot.arrows import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
 from process_visualizer.robot.frames import Frame
 
 SHARES = st.integers(0, 10).map(lambda it: it / 10)

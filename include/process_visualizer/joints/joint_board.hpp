@@ -49,7 +49,7 @@ class JointBoard {
   std::string conflict(Clock::time_point now) const;
 
  private:
-  struct Report {
+  struct SourcePosition {
     double position;
     Clock::time_point when;
     Clock::duration step;  ///< since the previous one
@@ -62,15 +62,15 @@ class JointBoard {
     Clock::time_point first, last, next, passed;
     bool is_new = false;
     bool is_unsure = false;  ///< other joints were passed on just after it
-    std::map<std::string, Report> sources;
+    std::map<std::string, SourcePosition> sources;
     std::size_t conflicts = 0;  ///< in a row
     Clock::time_point conflict;
     double apart = 0.0;
   };
 
   JointPositions passOn(Clock::time_point now, bool is_rest);
-  static void compare(Joint& joint, double position, const std::string& source,
-                      Clock::time_point now);
+  static void noteSource(Joint& joint, double position, const std::string& source,
+                         Clock::time_point now);
   std::string silence(Clock::time_point now) const;
 
   std::vector<std::string> names_;

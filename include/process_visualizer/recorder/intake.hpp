@@ -71,7 +71,7 @@ class Intake {
   bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory
   void forget();                                         ///< empties the memory
   /// Returns messages in memory, as RecentMessages does.
-  NumberedMessages recent(const MessageWish& wish) const;
+  NumberedMessages recent(const MessageQuery& query) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
   /// \param present text behind it until no topic of the recording is silent any more, or the

@@ -45,14 +45,14 @@ struct Past {
 };
 
 /// Selection of messages in memory.
-struct MessageWish {
+struct MessageQuery {
   std::uint64_t first = 0;  ///< number of the first message, from 1
   std::set<std::string> topics;
   std::size_t largest = 0;      ///< bytes; 0: of any size
   std::size_t most_bytes = ~0;  ///< in total
 };
 
-/// Messages in order of arrival, and the number of the next one to arrive.
+/// Messages in order of arrival, and the number of the first one after them, to ask for next.
 struct NumberedMessages {
   std::vector<Message> messages;
   std::uint64_t next = 0;
@@ -68,7 +68,7 @@ class RecentMessages {
   /// Takes a message; one from before simulated time begins (zero) only if it is latched.
   void add(const Message& message);
   /// Takes a message only if it is latched.
-  void pass(const Message& message);
+  void addIfLatched(const Message& message);
   /// As in LatchedMessages.
   void forgetReplaced(const std::function<bool(const Message&)>& is_gone);
   /// The messages of the last seconds before `now` that no recording has; 0: only the latched ones.
@@ -76,14 +76,14 @@ class RecentMessages {
   /// The same of all messages, including those that a recording has.
   Past all(const ros::Time& now, double duration_s) const;
   /// The requested messages. With `first` 0: all, after the latched ones.
-  NumberedMessages wished(const MessageWish& wish) const;
+  NumberedMessages matching(const MessageQuery& query) const;
   void setRecorded();  ///< notes that a recording has the whole memory
   void clear();        ///< keeps latched messages
   void forget();       ///< keeps nothing
 
   /// Age at `now` of the oldest message that no recording has, s, at most the time for which
   /// messages are kept; 0 if none came within that time.
-  double reach(const ros::Time& now) const;
+  double ageOfOldestUnrecorded(const ros::Time& now) const;
   std::size_t bytes() const { return bytes_; }
   bool isKept() const { return duration_ > 0; }  ///< whether messages are kept
 
@@ -108,7 +108,7 @@ class RecentMessages {
 class RecentAnswers {
  public:
   /// \param read returns the requested part of the memory
-  explicit RecentAnswers(std::function<NumberedMessages(const MessageWish&)> read)
+  explicit RecentAnswers(std::function<NumberedMessages(const MessageQuery&)> read)
       : read_(std::move(read)) {}
 
   void answer(const ReadRecent::Request& request, ReadRecent::Response& response);
@@ -117,7 +117,7 @@ class RecentAnswers {
   std::uint32_t numberOf(const ConnectionPtr& connection);
   void describe(std::uint32_t known, ReadRecent::Response& response) const;
 
-  const std::function<NumberedMessages(const MessageWish&)> read_;
+  const std::function<NumberedMessages(const MessageQuery&)> read_;
   std::mutex mutex_;  ///< for what follows
   std::map<ConnectionPtr, std::uint32_t> numbers_;
   std::vector<ConnectionPtr> connections_;  ///< by number

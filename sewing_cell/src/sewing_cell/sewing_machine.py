@@ -13,7 +13,6 @@ import rospy
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
 from process_visualizer.nodes.common.markers import (
     RefreshRate,
     ShownValue,
@@ -29,9 +28,9 @@ from process_visualizer.nodes.common.node_handle import (
     spin_to_end,
     start_node,
 )
-from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.nodes.common.node_parameters import LiveNumber, private_parameters
 from process_visualizer.parameters.reading import ParameterError, Parameters
-from process_visualizer.robot.arrows import offset_words
+from process_visualizer.robot.arrows import ArrowStyle, offset_words
 
 FEED_TOPIC = '/feed_rate_est'
 EDGE_TOPICS = {'upper': '/edge_finder_upper', 'lower': '/edge_finder_lower'}

@@ -13,8 +13,8 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
+from process_visualizer.cell.confinement import Removal
 from process_visualizer.cell.errors import Location, quoted
-from process_visualizer.cell.execution_policy import Removal
 from process_visualizer.cell.model import BaseFrame, Cell, Pose, RegionOfInterest, Vector3
 from process_visualizer.whole_file import whole_file
 

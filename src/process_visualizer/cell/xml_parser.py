@@ -14,10 +14,10 @@ from process_visualizer.cell.builder import (
     build_phase,
     build_run,
 )
+from process_visualizer.cell.confinement import confined, confined_arguments, refused_include
 from process_visualizer.cell.element_reader import Element, ElementReader, Parsed, read_xml
 from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList, missing_file
-from process_visualizer.cell.execution_policy import confined, confined_arguments, refused_include
 from process_visualizer.cell.model import (
     Cell,
     Device,

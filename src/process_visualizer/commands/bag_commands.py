@@ -21,9 +21,9 @@ from process_visualizer.bagio.recording_calibration import (
 )
 from process_visualizer.bagio.reindex import reindex
 from process_visualizer.bagio.report import as_json, as_text, make_report
+from process_visualizer.cell.confinement import confined
 from process_visualizer.cell.element_reader import read_xml
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.execution_policy import confined
 from process_visualizer.cell.model import Cell, Pose
 from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.cell.trust import Origin, Provenance

@@ -17,7 +17,7 @@ from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic,
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.trust import set_trusted, trust_file, trusted_packages
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.clients.system_look import from_system
+from process_visualizer.clients.running_system import from_system
 from process_visualizer.discovery.new_configuration import from_bags, write_new
 from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice

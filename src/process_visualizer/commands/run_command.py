@@ -20,11 +20,11 @@ from process_visualizer.health.other_publishers import (
     explanation,
     others_beside,
 )
-from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.interrupts import StopRequested, StopSignals
 from process_visualizer.launching.cell_owner import refuse_other_cell
 from process_visualizer.launching.cell_watch import CellLook, CellWatch
 from process_visualizer.launching.part_report import NodeReport, NodeState
+from process_visualizer.launching.real_time_advice import give_real_time_advice
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.roslaunch_process import (
     Start,
@@ -165,7 +165,7 @@ def _start_of(choice: Choice) -> Start:
 def exit_code(run: LaunchRun, is_stopped: bool = False) -> int:
     """Return 1 if a required node failed, or roslaunch was killed or started nothing, else 0.
 
-    If the operator has stopped it, it is no failure that nothing had started yet.
+    If the operator has stopped it, it does not matter that nothing had started.
     """
     if run.killed_by:
         say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '

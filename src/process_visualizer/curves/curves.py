@@ -11,8 +11,7 @@ from process_visualizer.cell.model import Color, Device, Variable, WarningLimits
 from process_visualizer.curves.curve_sources import Quantity, curve_sources, plain_color
 from process_visualizer.curves.position_values import key_of
 from process_visualizer.curves.samples import Samples, Series, found_series, read_samples, sampled
-from process_visualizer.curves.sending_habit import holds_for_s
-from process_visualizer.parameters.reading import STALE_AFTER_S
+from process_visualizer.health.staleness import STALE_AFTER_S, value_holds_for_s
 from process_visualizer.parameters.variable_colors import limits_of
 from process_visualizer.robot.limit_alarms import limit_alarms
 
@@ -128,8 +127,8 @@ def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
 def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     """Return the value that holds at each of some times, NaN where the last one is stale.
 
-    A rarely sent topic holds its value as in the scene (see ``holds_for_s``); a topic that is sent
-    at a rate holds it only until a few messages are missing.
+    A rarely sent topic holds its value as in the scene (see ``value_holds_for_s``); a topic that is
+    sent at a rate holds it only until a few messages are missing.
 
     Args:
         times_s: (n,), in any order.
@@ -167,7 +166,7 @@ def _holds_for_s(times_s: np.ndarray) -> float:
     if len(intervals_s) > _MAX_INTERVALS:
         intervals_s = intervals_s[np.linspace(
             0, len(intervals_s) - 1, _MAX_INTERVALS).astype(np.int64)]
-    holds_s = holds_for_s(intervals_s.tolist(), STALE_AFTER_S)
+    holds_s = value_holds_for_s(intervals_s.tolist(), STALE_AFTER_S)
     if holds_s > STALE_AFTER_S:
         return holds_s
     return min(holds_s, _MISSING * float(intervals_s[int(0.95 * (len(intervals_s) - 1))]))

@@ -22,8 +22,8 @@ from process_visualizer.curves.curve_sources import (
 )
 from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.curves.samples import Samples, sampled
-from process_visualizer.curves.sending_habit import CommonSilences, SendingHabit
 from process_visualizer.curves.source_locators import SourceLocators, source_locators
+from process_visualizer.health.staleness import CommonSilences, SendingHabit
 from process_visualizer.robot.late_arrivals import LateConnections, is_even, undated
 from process_visualizer.robot.measuring_time import measuring_times, sending_period_s
 from process_visualizer.robot.recorded_velocity import WINDOW_S

@@ -17,7 +17,7 @@ from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.curves.samples import part_numbers
 from process_visualizer.curves.source_locators import certain, measured_s, source_locators
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
-from process_visualizer.parameters.reading import STALE_AFTER_S
+from process_visualizer.health.staleness import STALE_AFTER_S
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.kinematics import Joint
 from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocity

@@ -19,7 +19,7 @@ from process_visualizer.curves.source_locators import (
     measured_s,
     source_locators,
 )
-from process_visualizer.parameters.reading import STALE_AFTER_S
+from process_visualizer.health.staleness import STALE_AFTER_S
 from process_visualizer.robot.recorded_velocity import speeds
 from process_visualizer.ros_names import JOINT_STATE
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from process_visualizer.bagio.recorder_topics import recorded_configuration
 from process_visualizer.bagio.recording import Recording
+from process_visualizer.cell.confinement import confined, confined_arguments
 from process_visualizer.cell.element_reader import read_xml
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.execution_policy import confined, confined_arguments
 from process_visualizer.cell.file_edit import (
     PoseEditError,
     PoseEditor,

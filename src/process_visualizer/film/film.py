@@ -162,7 +162,7 @@ def view_times(run: Run, views: Sequence[ViewAt]) -> List[Tuple[float, str]]:
     return sorted(timed, key=lambda pair: pair[0])
 
 
-def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: '_Shots',
+def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: _Shots,
                  move_s: float) -> List[Tuple[CameraMove, ...]]:
     """Return the camera of each frame; moves start and end slowly.
 
@@ -229,20 +229,20 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
         chosen, shots = beside_good(chosen, frames)
     table = io.StringIO()
     with whole_file(path) as unfinished, ExitStack() as stack:
-        said = stack.enter_context(tempfile.TemporaryFile())  # a pipe would have to be read
+        stderr_file = stack.enter_context(tempfile.TemporaryFile())  # a pipe would have to be read
         process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished,
-                                               len(shots[0]), said))
+                                               len(shots[0]), stderr_file))
         try:
             _draw(chosen, style, shots, _pipe(process), table, on_frame, _MOVE_S * speed)
         except BrokenPipeError:
             process.wait()
-            raise ValueError(f'ffmpeg has ended: {_words(said)}') from None
+            raise ValueError(f'ffmpeg has ended: {_error_text(stderr_file)}') from None
         except BaseException:
             process.kill()
             raise
         _pipe(process).close()
         if process.wait() != 0:
-            raise ValueError(f'ffmpeg cannot make the film: {_words(said)}')
+            raise ValueError(f'ffmpeg cannot make the film: {_error_text(stderr_file)}')
     write_text(numbers_beside(path), table.getvalue())
     return len(frames)
 
@@ -307,6 +307,6 @@ def _pipe(process: 'subprocess.Popen[bytes]') -> IO[bytes]:
     return process.stdin
 
 
-def _words(said: IO[bytes]) -> str:
-    said.seek(0)
-    return said.read(_MAX_WORDS).decode('utf-8', 'replace').strip().replace('\n', '; ')
+def _error_text(stderr_file: IO[bytes]) -> str:
+    stderr_file.seek(0)
+    return stderr_file.read(_MAX_WORDS).decode('utf-8', 'replace').strip().replace('\n', '; ')

@@ -29,7 +29,7 @@ class _Use(NamedTuple):
 
 def frame_problems(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Return the frames that a device places although a model already places them as links."""
+    """Return a problem for each placed frame that is a link of a model already."""
     owners = {link: name for name, description in descriptions.items()
               for link in description.parents}
     return [Problem(place.location, place.element,
@@ -40,7 +40,7 @@ def frame_problems(devices: Iterable[Device],
 
 def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
                    published: Iterable[str]) -> List[Problem]:
-    """Return the used frames that are unknown; only a driver could publish them in tf.
+    """Return a warning for each used frame that is unknown; only a driver could publish it in tf.
 
     ``published`` are further known frames. Nothing is reported until every model can be read.
     """
@@ -54,7 +54,7 @@ def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
 
 def joint_warnings(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Return the robots whose models have joints, but no topic that moves them."""
+    """Return a warning for each robot whose model has joints, but no topic that moves them."""
     return [Problem(device.location, 'device',
                     f'no topic of "{device.name}" has the type "joint_states", so its model does '
                     'not move; write <topic name="…" type="joint_states" /> for what its driver '
@@ -129,17 +129,17 @@ def _joints(descriptions: Iterable[RobotDescription]) -> Dict[str, str]:
 def _advice(frame: str, known: Set[str], joints: Mapping[str, str]) -> str:
     if frame in joints:
         return f'"{frame}" is a joint and no frame; did you mean its link "{joints[frame]}"?'
-    meant = _meant(frame, known)
+    meant = _likely_name(frame, known)
     text = f'no model, <base>, <tool> or <force> has the frame "{frame}"'
     return f'{text}; ' + (f'did you mean "{meant}"?' if meant is not None else
                           'it is not shown unless a driver publishes the frame in tf')
 
 
-def _meant(frame: str, known: Set[str]) -> 'str | None':
+def _likely_name(frame: str, known: Set[str]) -> 'str | None':
     """Return the same name with another prefix, or else the name most like it."""
     word = frame.split('/')[-1]
-    behind = sorted(name for name in known if name.endswith(('/' + word, '_' + word)))
-    return behind[0] if behind else nearest(frame, known)
+    same_ending = sorted(name for name in known if name.endswith(('/' + word, '_' + word)))
+    return same_ending[0] if same_ending else nearest(frame, known)
 
 
 def static_frames(words: Iterable[Tuple[str, str, str]]) -> Set[str]:

@@ -26,7 +26,6 @@ from process_visualizer.cell.model import (
 )
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import Manager
-from process_visualizer.parameters.arrow_style import configured_arrow
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
 from process_visualizer.parameters.variable_colors import colors_of
@@ -34,7 +33,7 @@ from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
-from process_visualizer.robot.arrows import MAX_LENGTH_M
+from process_visualizer.robot.arrows import MAX_LENGTH_M, configured_arrow
 from process_visualizer.robot.description import RobotDescription
 from process_visualizer.robot.frames import Frame
 from process_visualizer.robot.rotations import matrix_from_ypr

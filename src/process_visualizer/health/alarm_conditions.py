@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of a running cell: dead nodes, silent topics, values beyond limits, losses."""
+"""Conditions that become alarms: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
 import math
@@ -194,8 +194,9 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
     """
     said, titles = {it.node for it in told}, part_titles(mode)
     found: List[Condition] = []
-    if look.master:
-        found.append(Condition(MASTER, look.master, look.master, Level.BAD, is_clause=True))
+    if look.master_problem:
+        found.append(Condition(MASTER, look.master_problem, look.master_problem, Level.BAD,
+                               is_clause=True))
     for name in sorted(look.silent - said):
         part = parts.get(name, FRAMES_PART)
         source = titles.get(part, part)

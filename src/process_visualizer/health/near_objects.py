@@ -15,7 +15,7 @@ MARGIN_M = 0.03
 SILENT_S = 3.0
 """Maximum age of a running sensor's last message; after that its objects are unknown."""
 START_S = 15.0
-"""Time until the first message, in which the sensor starts and the cell's models load."""
+"""Time allowed until the first message, while the sensor starts and the cell's models load."""
 _ALARMS = Level.WARNING, Level.BAD
 _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
            DetectedObject.STOP: Level.BAD}

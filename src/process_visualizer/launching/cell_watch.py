@@ -38,7 +38,7 @@ class CellLook(NamedTuple):
     """The names of the silent nodes, and the problem of the master, or ''."""
 
     silent: FrozenSet[str] = frozenset()
-    master: str = ''
+    master_problem: str = ''
 
 
 class CellWatch:

@@ -14,7 +14,6 @@ from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.complaints import Complaints, Patience
-from process_visualizer.nodes.common.live_number import private_parameters
 from process_visualizer.nodes.common.markers import RefreshRate, VectorSample
 from process_visualizer.nodes.common.node_handle import (
     NodeHandle,
@@ -22,6 +21,8 @@ from process_visualizer.nodes.common.node_handle import (
     spin_to_end,
     start_node,
 )
+from process_visualizer.nodes.common.node_parameters import private_parameters
+from process_visualizer.nodes.robot.frame_watch import FrameWatch
 from process_visualizer.nodes.robot.message_reader import (
     WRENCH_DECODERS,
     DoubtfulMessage,
@@ -31,7 +32,7 @@ from process_visualizer.nodes.robot.message_reader import (
     Wrench,
 )
 from process_visualizer.nodes.robot.restored_poses import RestoredPoses
-from process_visualizer.nodes.robot.robot_display import FrameWatch, RobotDisplay, ShownMotion
+from process_visualizer.nodes.robot.robot_display import RobotDisplay, ShownMotion
 from process_visualizer.nodes.robot.tool_input import BaseFrames, ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
 from process_visualizer.nodes.robot.twist_source import (

@@ -26,9 +26,9 @@ from process_visualizer.health.node_pulse import (
 )
 from process_visualizer.launching.ros_api import AskedMaster, Master
 from process_visualizer.nodes.common.complaints import Complaints, SilentNode, SilentNodes
-from process_visualizer.nodes.common.live_number import private_parameters
 from process_visualizer.nodes.common.markers import RefreshRate, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle, start_node
+from process_visualizer.nodes.common.node_parameters import private_parameters
 from process_visualizer.parameters.cell_parameters import SceneParameters, WatchedDevice
 from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.ros_names import (

@@ -12,7 +12,6 @@ import rospy
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.complaints import Complaints, LimitState
-from process_visualizer.nodes.common.live_number import LiveNumber, private_parameters
 from process_visualizer.nodes.common.markers import ShownValue, ValueBoard, ValuePlace, VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.common.node_handle import (
@@ -21,6 +20,7 @@ from process_visualizer.nodes.common.node_handle import (
     spin_to_end,
     start_node,
 )
+from process_visualizer.nodes.common.node_parameters import LiveNumber, private_parameters
 from process_visualizer.parameters.reading import Color, ParameterError
 from process_visualizer.parameters.variable_parameters import (
     VariableParameters,

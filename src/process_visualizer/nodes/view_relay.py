@@ -25,7 +25,6 @@ from process_visualizer.bagio.message_definition import Connection, installed_co
 from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster, addresses_of
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
-from process_visualizer.remote.frames import GREETING, Kind, json_frame
 from process_visualizer.remote.link_words import (
     hidden_by_name,
     how_to_watch,
@@ -40,6 +39,7 @@ from process_visualizer.remote.offer import (
     OfferedTopic,
     named_topics,
 )
+from process_visualizer.remote.packets import GREETING, Kind, json_packet
 from process_visualizer.remote.shown_view import (
     mesh_paths,
     model_parameters,
@@ -265,7 +265,7 @@ def _refuse(connection: socket.socket, reason: str) -> None:
     try:
         with connection:
             connection.settimeout(2.0)
-            connection.sendall(GREETING + json_frame(Kind.REFUSED, reason=reason))
+            connection.sendall(GREETING + json_packet(Kind.REFUSED, reason=reason))
     except OSError:
         return  # the viewer has gone
 

@@ -21,19 +21,21 @@ from typing import (
 
 import rospy
 
-from process_visualizer.remote.frames import (
+from process_visualizer.remote.link_window import LinkWindow
+from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
+from process_visualizer.remote.outbox import Outbox
+from process_visualizer.remote.packets import (
     GREETING,
     MAX_BYTES,
-    FramesBroken,
     Kind,
-    LinkFrame,
-    LinkFrameReader,
-    frame_bytes,
-    json_frame,
-    times_frame,
+    Packet,
+    PacketReader,
+    PacketsBroken,
+    json_packet,
+    packet_bytes,
+    times_packet,
 )
-from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
-from process_visualizer.remote.outbox import LinkWindow, Outbox, thinned
+from process_visualizer.remote.thinning import thinned
 
 _BUFFER_BYTES = 16 << 20
 _TOLD_EVERY_S = 10.0
@@ -176,21 +178,21 @@ class ViewerLink:
     def offer(self, offer: Offer, files: Files) -> None:
         """Offer the shown view; ``files`` reads the files that the viewer may fetch, by URI."""
         self._files = files
-        self._put_frame(frame_bytes(Kind.OFFER, json.dumps(offer.values()).encode()))
+        self._put_packet(packet_bytes(Kind.OFFER, json.dumps(offer.values()).encode()))
 
     def offer_topics(self, topics: Mapping[str, OfferedTopic]) -> None:
         """Offer more topics."""
         new = {name: topic for name, topic in topics.items() if name not in self._offered}
         if new:
             self._offered |= new.keys()
-            self._put_frame(json_frame(Kind.TOPICS, topics=topics_message(new)))
+            self._put_packet(json_packet(Kind.TOPICS, topics=topics_message(new)))
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes) -> None:
         """See FeedListener."""
         with self._changed:
             if channel.number not in self._announced:
                 self._announced[channel.number] = channel
-                self._outbox.put_frame(json_frame(
+                self._outbox.put_packet(json_packet(
                     Kind.CHANNEL, channel=channel.number, topic=channel.topic, type=channel.type,
                     md5sum=channel.md5sum, caller=channel.caller, latched=channel.is_latched))
             self._too_large.discard(channel.number)
@@ -214,7 +216,7 @@ class ViewerLink:
             return  # the viewer has gone already
 
     def _read(self) -> None:
-        reader = LinkFrameReader(_ASKED_BYTES)
+        reader = PacketReader(_ASKED_BYTES)
         try:
             while True:
                 data = self._connection.recv(_RECEIVED_BYTES)
@@ -222,14 +224,14 @@ class ViewerLink:
                     break
                 self._heard_s = time.monotonic()
                 wanted = None
-                for frame in reader.take(data):
-                    if frame.kind == Kind.WANT:
-                        wanted = frame  # only the last one counts
+                for packet in reader.take(data):
+                    if packet.kind == Kind.WANT:
+                        wanted = packet  # only the last one counts
                     else:
-                        self._answer(frame)
+                        self._answer(packet)
                 if wanted is not None:
                     self._want(wanted.json().get('topics'))
-        except (OSError, FramesBroken) as error:
+        except (OSError, PacketsBroken) as error:
             if not self._is_closed:
                 rospy.loginfo('the viewer %s is gone: %s', self.name, error)
         self._feed.want(self, ())
@@ -237,18 +239,18 @@ class ViewerLink:
         self._connection.close()  # a viewer that goes on sending would wait for ever otherwise
         self._on_end(self)
 
-    def _answer(self, frame: LinkFrame) -> None:
-        if frame.kind == Kind.PING:
-            self._put_frame(times_frame(Kind.PONG, frame.number(), time.time_ns()))
+    def _answer(self, packet: Packet) -> None:
+        if packet.kind == Kind.PING:
+            self._put_packet(times_packet(Kind.PONG, packet.number(), time.time_ns()))
             self._report_left_out()
-        elif frame.kind == Kind.ACKNOWLEDGE:
+        elif packet.kind == Kind.ACKNOWLEDGE:
             with self._changed:
-                self._window.acknowledged(frame.number(), time.monotonic())
+                self._window.acknowledged(packet.number(), time.monotonic())
                 self._changed.notify()
-        elif frame.kind == Kind.FETCH:
-            self._fetch(frame.json())
+        elif packet.kind == Kind.FETCH:
+            self._fetch(packet.json())
         if self._outbox.answers > _MAX_ANSWERS:
-            raise FramesBroken('it sends requests and does not read the answers')
+            raise PacketsBroken('it sends requests and does not read the answers')
 
     def _want(self, wanted: Any) -> None:
         """Subscribe to what the viewer wants; nothing else of it is read until then."""
@@ -269,7 +271,7 @@ class ViewerLink:
             for channel, count in self._outbox.take_left_out().items():
                 topic = self._announced[channel].topic
                 counts[topic] = counts.get(topic, 0) + count
-            self._outbox.put_frame(frame_bytes(Kind.LEFT_OUT, json.dumps(counts).encode()))
+            self._outbox.put_packet(packet_bytes(Kind.LEFT_OUT, json.dumps(counts).encode()))
             self._changed.notify()
 
     def _fetch(self, values: Mapping[str, Any]) -> None:
@@ -279,15 +281,15 @@ class ViewerLink:
         """
         uri, channel = values.get('uri'), values.get('channel')
         if not isinstance(channel, int) or not (1 << 31) <= channel < (1 << 32):
-            raise FramesBroken('a file without a channel')
+            raise PacketsBroken('a file without a channel')
         read = self._files.get(uri) if isinstance(uri, str) else None
         with self._changed:
             self._outbox.put_file(channel, time.time_ns(), bytes if read is None else read)
             self._changed.notify()
 
-    def _put_frame(self, frame: bytes) -> None:
+    def _put_packet(self, packet: bytes) -> None:
         with self._changed:
-            self._outbox.put_frame(frame)
+            self._outbox.put_packet(packet)
             self._changed.notify()
 
     def _write(self) -> None:
@@ -307,7 +309,7 @@ class ViewerLink:
             while not self._is_closed:
                 now_s = time.monotonic()
                 if self._window.may_send():
-                    data = self._outbox.next_frames(now_s, self._thinned,
+                    data = self._outbox.next_packets(now_s, self._thinned,
                                                     self._window.may_send_large(now_s))
                     if data is not None:
                         self._window.sent(len(data), now_s)

@@ -14,7 +14,7 @@ from struct import Struct
 from typing import Deque, Dict, NamedTuple, Optional, Tuple, Union
 from urllib.parse import urlsplit
 
-from process_visualizer.remote.outbox import LinkWindow
+from process_visualizer.remote.link_window import LinkWindow
 
 Message = Union[str, bytes]
 MEMORY_S = 300.0

@@ -12,11 +12,9 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Color, Device, Variable
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.samples import Samples, Series, sampled
-from process_visualizer.curves.sending_habit import holds_for_s
+from process_visualizer.health.staleness import STALE_AFTER_S, value_holds_for_s
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan
-from process_visualizer.parameters.arrow_style import configured_arrow
-from process_visualizer.parameters.reading import STALE_AFTER_S
 from process_visualizer.parameters.variable_colors import colors_of
 from process_visualizer.playback.playback_event import MOMENT_NS
 from process_visualizer.robot.arrows import (
@@ -24,6 +22,7 @@ from process_visualizer.robot.arrows import (
     GHOST_ARROW_COLOR,
     GHOST_ARROW_DIAMETER_M,
     VARIABLE_DIAMETER_M,
+    configured_arrow,
     format_value,
     variable_text,
 )
@@ -63,7 +62,7 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
     if source.quantity is Quantity.SPEED:
         return {**entry, **_speed(device, found.samples, packed, span)}
     times_s, values = held(found.samples)
-    holds_s = holds_for_s(np.diff(times_s).tolist(), STALE_AFTER_S)
+    holds_s = value_holds_for_s(np.diff(times_s).tolist(), STALE_AFTER_S)
     rows = span.rows(times_s)
     times_s, values = times_s[rows], values[rows]
     texts, numbers = _texts(device, source, found, values)

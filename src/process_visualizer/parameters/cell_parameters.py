@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 from process_visualizer.cell.elements import DEFAULT_FRAME
+from process_visualizer.health.staleness import STALE_AFTER_S
 from process_visualizer.parameters.reading import (
-    STALE_AFTER_S,
     ParameterError,
     Parameters,
     changed,

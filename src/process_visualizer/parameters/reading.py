@@ -7,7 +7,6 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
 _SHOWN_CHARACTERS = 200
-STALE_AFTER_S = 0.7  # stale data is then visible as such within a second, with all other delays
 
 
 class ParameterError(ValueError):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, Mapping, Tuple
 
-from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
-from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed, is_number
+from process_visualizer.health.staleness import STALE_AFTER_S
+from process_visualizer.parameters.reading import Parameters, changed, is_number
+from process_visualizer.robot.arrows import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
 from process_visualizer.robot.frames import default_base_frame, default_tool_frame
 from process_visualizer.ros_names import JOINT_PROC
 

@@ -9,8 +9,8 @@ from typing import Any, Dict, List, Optional, Tuple
 import rosgraph.names
 
 from process_visualizer.bagio.number_places import FieldPath
+from process_visualizer.health.staleness import STALE_AFTER_S
 from process_visualizer.parameters.reading import (
-    STALE_AFTER_S,
     Parameters,
     changed,
 )

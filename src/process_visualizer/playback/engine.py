@@ -43,20 +43,20 @@ class ShownScene(NamedTuple):
     paused_ns: Optional[int] = None
 
     def next_message(self, forward: bool) -> Tuple[int, int]:
-        """Return the position of the message to pass next, and FORWARD or BACKWARD."""
+        """Return the row of the message to pass next, and FORWARD or BACKWARD."""
         return (self.passed, FORWARD) if forward else (self.passed - 1, BACKWARD)
 
     def moving(self) -> ShownScene:
         """Return the scene as it is while playing."""
         return self if self.paused_ns is None else self._replace(paused_ns=None)
 
-    def with_passed(self, position: int, step: int) -> ShownScene:
-        """Return the scene after passing the message at a position, FORWARD or BACKWARD."""
-        return ShownScene(position + (step == FORWARD), self.scene)
+    def with_passed(self, row: int, direction: int) -> ShownScene:
+        """Return the scene after passing the message in a row of the index, FORWARD or BACKWARD."""
+        return ShownScene(row + (direction == FORWARD), self.scene)
 
-    def without(self, position: int, step: int) -> ShownScene:
-        """Return the scene before passing the message at a position, which is taken back."""
-        return self._replace(passed=position + (step == BACKWARD))
+    def without(self, row: int, direction: int) -> ShownScene:
+        """Return the scene before passing the message in a row, which is taken back."""
+        return self._replace(passed=row + (direction == BACKWARD))
 
     def standing(self, passed: int, bag_ns: int) -> ShownScene:
         """Return the scene after a number of messages, paused at a position [bag ns]."""
@@ -151,7 +151,7 @@ class Playback:
         return self._events.not_begun(bag_ns)
 
     def held(self, topic: str, bag_ns: int) -> List[int]:
-        """Return the positions of each joint's newest messages before a bag time (EventMaker)."""
+        """Return the rows of each joint's newest messages before a bag time (EventMaker)."""
         return self._events.held(topic, bag_ns)
 
     def prepare(self) -> None:

@@ -159,7 +159,8 @@ class TopicReadingService:
                  held: Callable[[str, int], Sequence[int]]) -> None:
         """Advertise the service for the played topics.
 
-        ``held`` returns the positions of such messages for a recorded topic and a bag time [ns].
+        ``held`` returns the rows of such messages in the index, for a recorded topic and a bag
+        time [ns].
         """
         self._recording, self._held = recording, held
         self._begin_ns = recording.begin_ns

@@ -34,7 +34,7 @@ class LateArrivals:
 
         Args:
             period_s: their usual period; 0: it is learned.
-            since_ns: there were none from here on; 0: that is not known.
+            since_ns: the time since which none arrived; 0: that is not known.
         """
         self._period_ns = 1e9 * period_s
         self._last_ns = since_ns
@@ -120,8 +120,10 @@ class LateConnections:
 _MAX_EVEN_PERIOD_S = 0.05
 _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
-_AT_ONCE, _BUNCHES = 0.3, 0.5
-"""Share of a period below which messages came together, and their fewest number for each delay."""
+_AT_ONCE = 0.3
+"""Share of a period below which messages came together."""
+_BUNCHES = 0.5
+"""Minimum number of messages that came together for each delay."""
 _SPREAD = 0.2
 """Spread of intervals, as a share of the usual one, from which on a driver is irregular."""
 _MAX_DELAY_S = 0.3
@@ -151,7 +153,7 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
     Args:
         arrival_s: the times of arrival (n,), rising.
         measured_s: the latest possible times of measurement (n,), rising.
-        period_s: of the driver, which is_even.
+        period_s: of the driver; its intervals satisfy `is_even`.
     """
     count = len(arrival_s)
     delay_s = max(_DELAY_PERIODS * period_s, _DELAY_S)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of a running cell, from the reports of its nodes and its recorder; no ROS."""
+"""The alarms of the live page, from the reports of its nodes and its recorder; no ROS."""
 from __future__ import annotations
 
 import math
@@ -33,7 +33,7 @@ _MAX_NUMBER = 1e10
 _DIGITS = re.compile(r'[\d.]+')
 
 
-class SeenTopic(NamedTuple):
+class RecorderTopic(NamedTuple):
     """A topic as the recorder sees it; see TopicRecord.msg. A gap of 0 is unknown."""
 
     name: str
@@ -52,7 +52,7 @@ class SeenRecorder(NamedTuple):
     duration_s: float
     dropped: int
     lost: int
-    topics: Tuple[SeenTopic, ...]
+    topics: Tuple[RecorderTopic, ...]
 
     @property
     def text(self) -> str:
@@ -124,7 +124,7 @@ class CellAlarms:
                       *self._object_conditions(wall_s, is_live)]
         lost = {*self.warnings.lapsed(), *self.lost}
         self._board = self._board.seen([*conditions,
-                                        *_watch_conditions(said)], wall_s,
+                                        *_marked_conditions(said)], wall_s,
                                        lambda it: end_words(it, lost))
 
     def _conditions(self, wall_s: float, clock_s: float) -> List[Condition]:
@@ -173,7 +173,7 @@ class CellAlarms:
             'is_recording': recorder is not None and recorder.is_recording}
 
 
-def _watch_conditions(said: Sequence[str]) -> List[Condition]:
+def _marked_conditions(said: Sequence[str]) -> List[Condition]:
     """Return the conditions marked by scene_watch, except hanging nodes (see /diagnostics)."""
     found = []
     for line in said:

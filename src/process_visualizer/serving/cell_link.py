@@ -43,7 +43,7 @@ from process_visualizer.ros_names import (
     TF_TOPIC,
     TF_TYPES,
 )
-from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
+from process_visualizer.serving.cell_alarms import RecorderTopic, SeenRecorder
 from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, file_name
 
 CELL_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
@@ -138,8 +138,9 @@ class CellLink:
         self._live.take_recorder(SeenRecorder(
             state.state == RecorderState.RECORDING, file_name(state.files), state.duration,
             state.dropped, state.lost, tuple(
-                SeenTopic(it.name, it.rate, None if it.silence < 0.0 else it.silence, it.messages,
-                          it.latching, it.largest_gap) for it in state.topics)))
+                RecorderTopic(it.name, it.rate, None if it.silence < 0.0 else it.silence,
+                              it.messages, it.latching, it.largest_gap)
+                for it in state.topics)))
 
     def _on_player(self, state: PlayerState) -> None:
         self._live.take_player(SeenPlayer(file_name(state.files), state.position, state.paused),

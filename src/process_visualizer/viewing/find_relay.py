@@ -9,13 +9,6 @@ from typing import Any, List, NamedTuple, Optional, Set, Tuple
 from xmlrpc.client import Error, ServerProxy
 
 from process_visualizer.launching.ros_api import CALLER_ID, LimitedTransport
-from process_visualizer.remote.frames import (
-    GREETING,
-    FramesBroken,
-    Kind,
-    LinkFrame,
-    LinkFrameReader,
-)
 from process_visualizer.remote.link_words import (
     MASTER_PORT,
     NOT_A_MASTER,
@@ -33,11 +26,18 @@ from process_visualizer.remote.link_words import (
     unreachable,
 )
 from process_visualizer.remote.offer import ADDRESS_PARAMETER, DEFAULT_PORTS
+from process_visualizer.remote.packets import (
+    GREETING,
+    Kind,
+    Packet,
+    PacketReader,
+    PacketsBroken,
+)
 from process_visualizer.shown_text import shown_in_line
 
 _ANSWER_S, _WHOLE_S = 4.0, 12.0
 _ENOUGH_BYTES = 16 << 10
-"""More than any packet holds."""
+"""Size larger than any network packet [bytes]."""
 _MAX_PORT = 65535
 _NODE = ADDRESS_PARAMETER.rpartition('/')[0]
 
@@ -71,30 +71,30 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
         socket.getaddrinfo(wanted.host, None)
     except (OSError, UnicodeError):
         raise CellNotFound((unknown_name(wanted.host),)) from None
-    relay = None if wanted.port is None else _problem_at(wanted.host, wanted.port)
-    if wanted.port is not None and relay is None:
+    port_problem = None if wanted.port is None else _problem_at(wanted.host, wanted.port)
+    if wanted.port is not None and port_problem is None:
         return wanted.host, wanted.port
     uri = f'http://{_in_uri(wanted.host)}:{wanted.port or MASTER_PORT}'
     try:
-        said = _asked(uri)
+        answer = _asked(uri)
     except OSError as error:
         if wanted.port is not None:
-            certain = relay if isinstance(relay, _Stated) else error
+            certain = port_problem if isinstance(port_problem, _Stated) else error
             raise CellNotFound((unreachable(wanted, certain, 'the cell or its ROS master'),)
                                ) from None
         return _without_master(wanted, error)
-    if said.listens is None:
+    if answer.listens is None:
         raise CellNotFound((no_cell(uri),))
-    listens, _, last = said.listens.rpartition(':')
+    listens, _, last = answer.listens.rpartition(':')
     port = int(last)
     is_own = is_loopback(listens) and (is_loopback(wanted.host) or is_here(wanted.host))
     host = listens if is_own else wanted.host
     problem = _problem_at(host, port)
     if is_own and isinstance(problem, ConnectionRefusedError):
-        raise CellNotFound((relay_ended(uri, said.listens),))
+        raise CellNotFound((relay_ended(uri, answer.listens),))
     if problem is not None:
         raise CellNotFound((unreachable(Address(host, port), problem, 'the cell for viewers')
-                            if is_own else relay_silent(host, said.listens, problem),))
+                            if is_own else relay_silent(host, answer.listens, problem),))
     return host, port
 
 
@@ -158,8 +158,8 @@ def _problem_at(host: str, port: int) -> Optional[OSError]:
 
 
 def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
-    """Wait for more than the greeting, which is small: large packets may not arrive."""
-    reader, count, end_s = LinkFrameReader(), 0, time.monotonic() + _WHOLE_S
+    """Wait for more than the greeting, which proves nothing: large packets may still be lost."""
+    reader, count, end_s = PacketReader(), 0, time.monotonic() + _WHOLE_S
     while count < _ENOUGH_BYTES:
         try:
             data = connection.recv(_ENOUGH_BYTES)
@@ -169,18 +169,18 @@ def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
             return ConnectionError(0, NOT_THE_CELL)
         count += len(data)
         try:
-            frames = reader.take(data)
-            if frames:
-                return _refusal(frames[0])
-        except FramesBroken:
+            packets = reader.take(data)
+            if packets:
+                return _refusal(packets[0])
+        except PacketsBroken:
             return ConnectionError(0, NOT_THE_CELL)
     return None
 
 
-def _refusal(frame: LinkFrame) -> Optional[OSError]:
-    if frame.kind != Kind.REFUSED:
+def _refusal(packet: Packet) -> Optional[OSError]:
+    if packet.kind != Kind.REFUSED:
         return None
-    return _Stated(0, f'it refuses: {shown_in_line(frame.json().get("reason"))[:300]}')
+    return _Stated(0, f'it refuses: {shown_in_line(packet.json().get("reason"))[:300]}')
 
 
 def _in_uri(host: str) -> str:

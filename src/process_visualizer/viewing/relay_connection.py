@@ -22,19 +22,19 @@ from typing import (
 )
 
 from process_visualizer.launching.ros_api import addresses_of
-from process_visualizer.remote.frames import (
-    GREETING,
-    FramesBroken,
-    Kind,
-    LinkFrame,
-    LinkFrameReader,
-    Message,
-    MessageParts,
-    json_frame,
-    number_frame,
-)
 from process_visualizer.remote.link_words import only_small_packets
 from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
+from process_visualizer.remote.packets import (
+    GREETING,
+    Kind,
+    Message,
+    MessageParts,
+    Packet,
+    PacketReader,
+    PacketsBroken,
+    json_packet,
+    number_packet,
+)
 from process_visualizer.viewing.find_relay import CellNotFound
 
 _LATEST = 30
@@ -154,21 +154,21 @@ class RelayConnection:
         """Ask for the messages of these topics, and no others."""
         with self._lock:
             self._wanted = sorted(topics)
-        self._send(json_frame(Kind.WANT, topics=list(self._wanted)))
+        self._send(json_packet(Kind.WANT, topics=list(self._wanted)))
 
     def fetch(self, uri: str, take: Callable[[bytes], None]) -> None:
         """Request a file; ``take`` receives its content, empty if there is no such file."""
         with self._lock:
             channel = _FIRST_FILE + len(self._uris)
             self._files[channel], self._uris[channel] = take, uri
-        self._send(json_frame(Kind.FETCH, uri=uri, channel=channel))
+        self._send(json_packet(Kind.FETCH, uri=uri, channel=channel))
 
     def _run(self) -> None:
         while not self._closed.is_set():
             try:
                 with self._connected() as connection:
                     reason = self._converse(connection)
-            except (OSError, FramesBroken, ValueError) as error:
+            except (OSError, PacketsBroken, ValueError) as error:
                 reason = str(getattr(error, 'strerror', None) or error) or 'no answer'
             with self._lock:
                 self._socket = None
@@ -233,12 +233,12 @@ class RelayConnection:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.sendall(GREETING)
         if self._wanted:  # the offered topics are known already: messages arrive sooner
-            connection.sendall(self.wanted_frame())
+            connection.sendall(self.wanted_packet())
         with self._lock:
             self._socket = connection
-            asked = [json_frame(Kind.FETCH, uri=self._uris[it], channel=it) for it in self._files]
-        for frame in asked:
-            self._send(frame)
+            asked = [json_packet(Kind.FETCH, uri=self._uris[it], channel=it) for it in self._files]
+        for packet in asked:
+            self._send(packet)
         talk = _Talk(self, self._listener)
         received, heard_s, ping_s = -len(GREETING), time.monotonic(), 0.0
         stood_s, moves_since_s = 0.0, float('-inf')
@@ -249,7 +249,7 @@ class RelayConnection:
                               else 'no answer')
             if now_s >= ping_s:
                 ping_s = now_s + _PING_S
-                self._send(number_frame(Kind.PING, time.time_ns()))
+                self._send(number_packet(Kind.PING, time.time_ns()))
             has_data = select.select([connection], [], [], max(0.0, ping_s - now_s))[0]
             if time.monotonic() - now_s > _STOOD_S:
                 stood_s, moves_since_s = time.monotonic() - now_s, time.monotonic()
@@ -262,28 +262,28 @@ class RelayConnection:
             heard_s = time.monotonic()
             received += len(data)
             if received > 0:
-                self._send(number_frame(Kind.ACKNOWLEDGE, received))
+                self._send(number_packet(Kind.ACKNOWLEDGE, received))
             talk.take(data)
             self._heard_s = heard_s  # only now: these data are from a relay
         return ENDED
 
-    def _send(self, frame: bytes) -> None:
+    def _send(self, packet: bytes) -> None:
         with self._lock:
             if self._socket is None:
                 return
             try:
-                self._socket.sendall(frame)
+                self._socket.sendall(packet)
             except OSError:
                 self._socket = None  # the reading thread notices, and connects again
 
-    def wanted_frame(self) -> bytes:
-        """Return the frame with the topics wanted now."""
+    def wanted_packet(self) -> bytes:
+        """Return the packet with the topics wanted now."""
         with self._lock:
-            return json_frame(Kind.WANT, topics=list(self._wanted))
+            return json_packet(Kind.WANT, topics=list(self._wanted))
 
     def send_wanted(self) -> None:
         """Send the wanted topics again: newly offered ones are available only now."""
-        self._send(self.wanted_frame())
+        self._send(self.wanted_packet())
 
     def take_file(self, message: Message) -> None:
         """Pass a file to the function given with the request."""
@@ -322,45 +322,45 @@ class _Talk:
 
     def __init__(self, connection: RelayConnection, listener: Listener) -> None:
         self._connection, self._listener = connection, listener
-        self._reader, self._parts = LinkFrameReader(), MessageParts()
+        self._reader, self._parts = PacketReader(), MessageParts()
         self._sources: Dict[int, RelaySource] = {}
 
     def take(self, data: bytes) -> None:
         """Take bytes as they arrive.
 
         Raises:
-            FramesBroken, ValueError: the bytes are not from a relay.
+            PacketsBroken, ValueError: the bytes are not from a relay.
         """
-        for frame in self._reader.take(data):
-            self._take_frame(frame)
+        for packet in self._reader.take(data):
+            self._take_packet(packet)
 
-    def _take_frame(self, frame: LinkFrame) -> None:
-        if frame.kind == Kind.BEGIN:
-            self._deliver(self._parts.begin(frame))
-        elif frame.kind == Kind.PART:
-            self._deliver(self._parts.part(frame))
-        elif frame.kind == Kind.PONG:
-            self._connection.clock.take(*frame.times(), time.time_ns())
-        elif frame.kind == Kind.CHANNEL:
-            self._add_source(frame)
-        elif frame.kind == Kind.OFFER:
-            self._listener.on_offer(offer_of(frame.json()))
-        elif frame.kind == Kind.TOPICS:
-            self._listener.on_topics(topics_of(frame.json()))
+    def _take_packet(self, packet: Packet) -> None:
+        if packet.kind == Kind.BEGIN:
+            self._deliver(self._parts.begin(packet))
+        elif packet.kind == Kind.PART:
+            self._deliver(self._parts.part(packet))
+        elif packet.kind == Kind.PONG:
+            self._connection.clock.take(*packet.times(), time.time_ns())
+        elif packet.kind == Kind.CHANNEL:
+            self._add_source(packet)
+        elif packet.kind == Kind.OFFER:
+            self._listener.on_offer(offer_of(packet.json()))
+        elif packet.kind == Kind.TOPICS:
+            self._listener.on_topics(topics_of(packet.json()))
             self._connection.send_wanted()
-        elif frame.kind == Kind.LEFT_OUT:
-            self._listener.on_left_out(_counts(frame))
-        elif frame.kind == Kind.REFUSED:
-            raise OSError(str(frame.json().get('reason', 'refused'))[:300])
+        elif packet.kind == Kind.LEFT_OUT:
+            self._listener.on_left_out(_counts(packet))
+        elif packet.kind == Kind.REFUSED:
+            raise OSError(str(packet.json().get('reason', 'refused'))[:300])
 
-    def _add_source(self, frame: LinkFrame) -> None:
-        values = frame.json()
+    def _add_source(self, packet: Packet) -> None:
+        values = packet.json()
         texts = [values.get(it) for it in ('topic', 'type', 'md5sum', 'caller')]
         number = values.get('channel')
         if not isinstance(number, int) or not all(isinstance(it, str) for it in texts):
-            raise FramesBroken('a channel without a topic or number')
+            raise PacketsBroken('a channel without a topic or number')
         if len(self._sources) >= _MAX_SOURCES or any(len(str(it)) > _MAX_NAME for it in texts):
-            raise FramesBroken('channels without end')
+            raise PacketsBroken('channels without end')
         topic, kind, md5sum, caller = map(str, texts)
         self._sources[number] = RelaySource(topic, kind, md5sum, caller,
                                             values.get('latched') is not False)
@@ -373,5 +373,5 @@ class _Talk:
                 self._listener.on_message(self._sources[message.channel], message)
 
 
-def _counts(frame: LinkFrame) -> Dict[str, int]:
-    return {name: count for name, count in frame.json().items() if isinstance(count, int)}
+def _counts(packet: Packet) -> Dict[str, int]:
+    return {name: count for name, count in packet.json().items() if isinstance(count, int)}

@@ -33,7 +33,6 @@ from process_visualizer.launching.run import LaunchRun
 from process_visualizer.nodes.common.markers import text_marker
 from process_visualizer.player.bag_publishers import TopicPublisher
 from process_visualizer.player.timed_sender import TimedSender
-from process_visualizer.remote.frames import Message
 from process_visualizer.remote.link_words import (
     clocks_apart,
     no_connection,
@@ -42,6 +41,7 @@ from process_visualizer.remote.link_words import (
     versions_differ,
 )
 from process_visualizer.remote.offer import Offer, OfferedTopic, digest_of
+from process_visualizer.remote.packets import Message
 from process_visualizer.remote.shown_view import (
     LINK_TOPIC,
     ShownModels,

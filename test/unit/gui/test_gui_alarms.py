@@ -668,7 +668,7 @@ def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> 
 
 
 def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> None:
-    stand.states.take_look(CellLook(master=MASTER_SILENT))
+    stand.states.take_look(CellLook(master_problem=MASTER_SILENT))
     stand.model.set_master(is_lost=True, is_other=False)
     assert stand.texts() == [f'ROS master {MASTER_SILENT}']
     stand.launch.phase, stand.launch.running = LaunchPhase.IDLE, None

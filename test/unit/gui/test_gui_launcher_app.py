@@ -28,6 +28,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import CaughtError, ErrorDialog
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.window_places import MIN_LAUNCHER_PX
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.toolkit import dialogs
@@ -36,7 +37,6 @@ from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import HOLD_S, times
 from process_visualizer.msg import DetectedObject, DetectedObjects
-from process_visualizer.rviz.window_geometry import MIN_LAUNCHER_PX
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))

@@ -106,15 +106,15 @@ def test_the_other_rviz_is_beside_the_first_and_on_the_screen(
 def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None:
     second = SecondLauncher(owner())
     second.take_look(CellLook(frozenset(['/scene_watch'])))  # the others say so in the scene
-    second.take_look(CellLook(master=MASTER_SILENT))  # what is connected goes on
+    second.take_look(CellLook(master_problem=MASTER_SILENT))  # what is connected goes on
     assert second.stale is None
-    for look in (CellLook(frozenset(CELL_NODES)), CellLook(master=MASTER_OTHER)):
+    for look in (CellLook(frozenset(CELL_NODES)), CellLook(master_problem=MASTER_OTHER)):
         second.take_look(look)
         assert second.stale is not None and second.stale.isVisible()
         assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d',
                          second.stale.text())
         assert second.stale.testAttribute(Qt.WA_ShowWithoutActivating)
-        if not look.master:
+        if not look.master_problem:
             second.take_look(CellLook())
             assert second.stale is None
     second.box.hide()

@@ -8,7 +8,7 @@ from typing import Any, Iterator, List
 import pytest
 from PyQt5.QtWidgets import QApplication
 
-from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.toolkit.tasks import NewestValue, Tasks
 
 
 @pytest.fixture
@@ -78,3 +78,21 @@ def test_after_the_end_nothing_is_delivered(qtbot: Any) -> None:
     tasks.close()
     QApplication.processEvents()
     assert results == []
+
+
+def test_a_late_gui_thread_gets_only_the_newest_value(qtbot: Any) -> None:
+    """Values that queued up kept a launcher busy for 45 min: SIGTERM and clicks had no effect."""
+    newest, came = NewestValue(), []
+    newest.came.connect(came.append)
+
+    def put(values: range) -> None:
+        thread = threading.Thread(target=lambda: [newest.put(it) for it in values])
+        thread.start()
+        thread.join()
+
+    put(range(1000))
+    assert came == []
+    QApplication.processEvents()
+    assert came == [999]
+    put(range(3))
+    qtbot.waitUntil(lambda: came == [999, 2])

@@ -98,11 +98,11 @@ def test_one_that_has_ended_is_told_by_roslaunch(cell: Cell) -> None:
 
 def test_a_master_that_hangs_makes_no_node_silent(cell: Cell) -> None:
     cell.master_id = 0
-    assert cell.let_pass(3.0) == CellLook(master=MASTER_SILENT)
+    assert cell.let_pass(3.0) == CellLook(master_problem=MASTER_SILENT)
     cell.hanging = {'/bag_recorder'}
     assert cell.let_pass(NOTICED_S) == CellLook(frozenset(cell.hanging), MASTER_SILENT)
     cell.hanging = set()  # where it was, it is asked again, though nobody says where it is
-    assert cell.let_pass(NOTICED_S) == CellLook(master=MASTER_SILENT)
+    assert cell.let_pass(NOTICED_S) == CellLook(master_problem=MASTER_SILENT)
     cell.master_id = 7
     assert cell.let_pass(1.2) == CellLook()
 
@@ -116,7 +116,7 @@ def test_a_master_that_misses_one_question_is_not_told(cell: Cell) -> None:
 
 def test_another_master_does_not_know_the_nodes(cell: Cell) -> None:
     cell.master_id = 8
-    assert cell.let_pass(1.2) == CellLook(master=MASTER_OTHER)
+    assert cell.let_pass(1.2) == CellLook(master_problem=MASTER_OTHER)
     cell.running = set()
     assert cell.let_pass(0.5) == CellLook()  # the cell was stopped: the next one begins with it
 

@@ -27,8 +27,7 @@ from process_visualizer.nodes.common.markers import (
 )
 from process_visualizer.page.live_markers import markers_in
 from process_visualizer.page.live_scene import LiveScene, ShownPart, ShownTool
-from process_visualizer.parameters.arrow_style import ArrowStyle
-from process_visualizer.robot.arrows import GHOST_COLOR
+from process_visualizer.robot.arrows import GHOST_COLOR, ArrowStyle
 from process_visualizer.robot.kinematics import Placement
 
 TOPIC = '/arm/marker_array'

@@ -5,8 +5,9 @@ from __future__ import annotations
 import heapq
 from typing import Dict, List, Tuple
 
-from process_visualizer.remote.frames import GREETING, Kind, LinkFrameReader, Message, MessageParts
-from process_visualizer.remote.outbox import LinkWindow, Outbox
+from process_visualizer.remote.link_window import LinkWindow
+from process_visualizer.remote.outbox import Outbox
+from process_visualizer.remote.packets import GREETING, Kind, Message, MessageParts, PacketReader
 
 
 class SimulatedLink:
@@ -21,7 +22,7 @@ class SimulatedLink:
         self._free_s = 0.0
         self._events: List[Tuple[float, int, str, bytes]] = []
         self._number = self._received = 0
-        self._reader, self._parts = LinkFrameReader(), MessageParts()
+        self._reader, self._parts = PacketReader(), MessageParts()
         self._reader.take(GREETING)
 
     def change(self, bytes_s: float, delay_s: float) -> None:
@@ -49,7 +50,7 @@ class SimulatedLink:
 
     def _send(self) -> None:
         while self.window.may_send():
-            data = self.outbox.next_frames(self.now_s, self._thinned,
+            data = self.outbox.next_packets(self.now_s, self._thinned,
                                            self.window.may_send_large(self.now_s))
             if data is None:
                 return
@@ -63,9 +64,9 @@ class SimulatedLink:
     def _arrive(self, data: bytes) -> None:
         self._received += len(data)
         self._add(self.now_s + self._delay_s, 'answer', self._received.to_bytes(8, 'little'))
-        for frame in self._reader.take(data):
-            done = self._parts.begin(frame) if frame.kind == Kind.BEGIN else \
-                self._parts.part(frame) if frame.kind == Kind.PART else []
+        for packet in self._reader.take(data):
+            done = self._parts.begin(packet) if packet.kind == Kind.BEGIN else \
+                self._parts.part(packet) if packet.kind == Kind.PART else []
             for message in done:
                 self._note(message)
 

@@ -13,12 +13,12 @@ from surroundings import PATIENCE_S, wait_until
 from process_visualizer.nodes import view_relay
 from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import ViewerLink
-from process_visualizer.remote.frames import (
+from process_visualizer.remote.packets import (
     GREETING,
     Kind,
-    LinkFrame,
-    LinkFrameReader,
-    json_frame,
+    Packet,
+    PacketReader,
+    json_packet,
 )
 from process_visualizer.viewing import relay_connection
 from process_visualizer.viewing.find_relay import CellNotFound
@@ -54,12 +54,12 @@ def connection(server: socket.socket, losses: Losses) -> Iterator[RelayConnectio
     made.close()
 
 
-def first_frame(there: socket.socket) -> LinkFrame:
-    reader, frames = LinkFrameReader(), cast(List[LinkFrame], [])
+def first_packet(there: socket.socket) -> Packet:
+    reader, packets = PacketReader(), cast(List[Packet], [])
     there.settimeout(PATIENCE_S)
-    while not frames:
-        frames = reader.take(there.recv(1000))
-    return frames[0]
+    while not packets:
+        packets = reader.take(there.recv(1000))
+    return packets[0]
 
 
 def test_a_viewer_that_is_back_says_at_once_what_it_wants(
@@ -68,8 +68,8 @@ def test_a_viewer_that_is_back_says_at_once_what_it_wants(
     connection.start()
     for _ in range(2):
         with server.accept()[0] as there:
-            frame = first_frame(there)
-            assert frame.kind == Kind.WANT and frame.json() == {'topics': ['/a', '/b']}
+            packet = first_packet(there)
+            assert packet.kind == Kind.WANT and packet.json() == {'topics': ['/a', '/b']}
 
 
 def test_a_loss_says_when_anything_came_last(
@@ -77,7 +77,7 @@ def test_a_loss_says_when_anything_came_last(
     connection.start()
     with server.accept()[0] as there:
         there.sendall(GREETING)
-        first_frame(there)  # it has connected, and says something from time to time
+        first_packet(there)  # it has connected, and says something from time to time
     heard_s = losses.told.get(timeout=PATIENCE_S)[1]
     assert losses.told.get(timeout=PATIENCE_S)[1] == heard_s  # nothing has come since
 
@@ -130,18 +130,18 @@ def test_large_packets_that_are_lost_are_told(
         assert 'only small packets arrive' in losses.told.get(timeout=PATIENCE_S)[0]
 
 
-@pytest.mark.parametrize('frames', [
-    [json_frame(Kind.CHANNEL, channel=number, topic='/a', type='b/C', md5sum='', caller='/d')
+@pytest.mark.parametrize('packets', [
+    [json_packet(Kind.CHANNEL, channel=number, topic='/a', type='b/C', md5sum='', caller='/d')
      for number in range(20_000)],
-    [json_frame(Kind.CHANNEL, channel=1, topic='/a', type='b/C', md5sum='', caller=5000 * 'd')]],
+    [json_packet(Kind.CHANNEL, channel=1, topic='/a', type='b/C', md5sum='', caller=5000 * 'd')]],
     ids=['many', 'long'])
 def test_publishers_without_end_end_the_connection(
-        frames: List[bytes], server: socket.socket, connection: RelayConnection,
+        packets: List[bytes], server: socket.socket, connection: RelayConnection,
         losses: Losses) -> None:
     connection.start()
     with server.accept()[0] as there:
         with suppress(ConnectionError):
-            there.sendall(GREETING + b''.join(frames))
+            there.sendall(GREETING + b''.join(packets))
         assert 'channels without end' in losses.told.get(timeout=PATIENCE_S)[0]
 
 
@@ -205,7 +205,7 @@ def test_who_connects_and_says_nothing_costs_no_work() -> None:
     with there:
         there.sendall(GREETING)
         relay._welcome(here, 'viewer')
-        assert first_frame(there).kind == Kind.REFUSED, 'the view was read'
+        assert first_packet(there).kind == Kind.REFUSED, 'the view was read'
     relay._listener.close()
 
 

@@ -9,8 +9,8 @@ from typing import Callable, Iterator
 
 import pytest
 
-from process_visualizer.remote.frames import GREETING, Kind, json_frame
 from process_visualizer.remote.link_words import Address
+from process_visualizer.remote.packets import GREETING, Kind, json_packet
 from process_visualizer.viewing import find_relay as module
 from process_visualizer.viewing.find_relay import CellNotFound, find_relay
 
@@ -76,14 +76,14 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_cell_that_begins_to_show_itself_is_found() -> None:
-    with served(sending(GREETING + json_frame(Kind.OFFER, view=''))) as port:
+    with served(sending(GREETING + json_packet(Kind.OFFER, view=''))) as port:
         assert find_relay(Address('127.0.0.1', port)) == ('127.0.0.1', port)
 
 
 @pytest.mark.parametrize('serve, sentence', [
     (sending(GREETING), 'only small packets arrive'),
     (sending(b''), 'accepts the connection, but says nothing'),
-    (sending(GREETING + json_frame(Kind.REFUSED, reason='16 viewers watch')), '16 viewers watch'),
+    (sending(GREETING + json_packet(Kind.REFUSED, reason='16 viewers watch')), '16 viewers watch'),
     (sending(b'SSH-2.0-\x1b[2JOpenSSH\r\n'),
      r'neither a cell nor a ROS master.*the usual one \(SSH-2.0-\\x1b'),
     (endless, 'nor a ROS master|the answer is too long|does not answer'),
@@ -97,7 +97,7 @@ def test_what_answers_instead_is_told(serve: Serve, sentence: str) -> None:
 def test_a_killed_cell_of_this_computer_is_not_one_that_refuses_others(
         monkeypatch: pytest.MonkeyPatch, is_there: bool) -> None:
     """Its master keeps the address of its relay."""
-    with served(sending(GREETING + json_frame(Kind.OFFER, view=''))) as port:
+    with served(sending(GREETING + json_packet(Kind.OFFER, view=''))) as port:
         listens = f'127.0.0.1:{port if is_there else 1}'
         monkeypatch.setattr(module, '_asked', lambda _uri: module._Said(listens))
         if is_there:

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from simulated_link import SimulatedLink
 
-from process_visualizer.remote.frames import (
+from process_visualizer.remote.outbox import MAX_WAIT_S, Outbox
+from process_visualizer.remote.packets import (
     GREETING,
     Kind,
-    LinkFrameReader,
     Message,
     MessageParts,
-    frame_bytes,
+    PacketReader,
+    packet_bytes,
 )
-from process_visualizer.remote.outbox import MAX_WAIT_S, Outbox
 
 JOINTS, MARKERS, CLOUD, IMAGE = 1, 2, 3, 4
 MBIT_S = 125_000.0
@@ -105,7 +105,7 @@ def test_of_a_large_message_only_the_last_is_sent() -> None:
     box = Outbox()
     for size in (20_000, 30_000, 40_000):
         box.put(CLOUD, 0, bytes(size), 0.0)
-    sent = b''.join(iter(lambda: box.next_frames(0.0, as_it_is) or b'', b''))
+    sent = b''.join(iter(lambda: box.next_packets(0.0, as_it_is) or b'', b''))
     assert 40_000 < len(sent) < 41_000
     assert box.take_left_out() == {CLOUD: 2}
 
@@ -113,10 +113,10 @@ def test_of_a_large_message_only_the_last_is_sent() -> None:
 def test_what_has_to_arrive_goes_first_and_is_never_too_old() -> None:
     box = Outbox()
     box.put(JOINTS, 0, b'joints', 0.0)
-    box.put_frame(frame_bytes(Kind.PONG))
+    box.put_packet(packet_bytes(Kind.PONG))
     box.put_kept(MARKERS, 0, b'latched')
-    sent = [box.next_frames(2.0 * MAX_WAIT_S, as_it_is) for _ in range(4)]
-    assert sent[0] == frame_bytes(Kind.PONG)
+    sent = [box.next_packets(2.0 * MAX_WAIT_S, as_it_is) for _ in range(4)]
+    assert sent[0] == packet_bytes(Kind.PONG)
     assert b'latched' in b''.join(filter(None, sent))
     assert b'joints' not in b''.join(filter(None, sent))
     assert box.take_left_out() == {JOINTS: 1}
@@ -126,7 +126,7 @@ def test_a_file_comes_last_but_comes() -> None:
     box = Outbox()
     box.put_file(9, 0, lambda: b'mesh' * 10_000)
     box.put(CLOUD, 0, bytes(10_000), 0.0)
-    sent = list(iter(lambda: box.next_frames(0.0, as_it_is) or b'', b''))
+    sent = list(iter(lambda: box.next_packets(0.0, as_it_is) or b'', b''))
     assert b'mesh' in sent[-1]
     assert sum(map(len, sent)) > 50_000
 
@@ -143,9 +143,9 @@ def test_a_file_is_read_in_its_turn() -> None:
         box.put_file(number, 0, partial(content, number))
     assert read == []
     assert box.answers == 100
-    box.next_frames(0.0, as_it_is)
+    box.next_packets(0.0, as_it_is)
     assert read == [0]
-    assert len(all_frames(box)) > 99 * 100_000
+    assert len(all_packets(box)) > 99 * 100_000
     assert read == list(range(100))
 
 
@@ -154,20 +154,20 @@ def test_a_viewer_that_does_not_read_costs_little_memory() -> None:
     for number in range(20_000):
         box.put(JOINTS, 0, bytes(1000), 0.001 * number)
     kept = 0
-    while box.next_frames(0.0, as_it_is) is not None:
+    while box.next_packets(0.0, as_it_is) is not None:
         kept += 1
     assert kept * 1000 < 5_000_000
 
 
-def messages_of(frames: bytes) -> List[Message]:
-    reader, parts = LinkFrameReader(), MessageParts()
-    return [message for frame in reader.take(GREETING + frames)
-            for message in (parts.begin(frame) if frame.kind == Kind.BEGIN else
-                            parts.part(frame))]
+def messages_of(packets: bytes) -> List[Message]:
+    reader, parts = PacketReader(), MessageParts()
+    return [message for packet in reader.take(GREETING + packets)
+            for message in (parts.begin(packet) if packet.kind == Kind.BEGIN else
+                            parts.part(packet))]
 
 
-def all_frames(box: Outbox, most_bytes: int = 1 << 30) -> bytes:
-    return b''.join(iter(lambda: box.next_frames(0.0, lambda _channel, data: (
+def all_packets(box: Outbox, most_bytes: int = 1 << 30) -> bytes:
+    return b''.join(iter(lambda: box.next_packets(0.0, lambda _channel, data: (
         data if len(data) <= most_bytes else data[:most_bytes])) or b'', b''))
 
 
@@ -183,14 +183,14 @@ def test_of_latched_messages_only_the_last_is_kept(size: int) -> None:
     box = Outbox()
     for number in range(300):
         box.put_kept(MARKERS, number, bytes(size))
-    assert size < len(all_frames(box)) < 1.1 * size + 100
+    assert size < len(all_packets(box)) < 1.1 * size + 100
     assert box.take_left_out() == {MARKERS: 299}
 
 
 def test_a_latched_message_becomes_complete_when_the_link_has_time() -> None:
     box = Outbox()
     box.put_kept(CLOUD, 0, bytes(100_000))
-    sizes = [message.data for message in messages_of(all_frames(box, 20_000))]
+    sizes = [message.data for message in messages_of(all_packets(box, 20_000))]
     assert [len(it) for it in sizes] == [20_000, 100_000]
 
 

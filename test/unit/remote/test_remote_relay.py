@@ -15,14 +15,14 @@ from surroundings import PATIENCE_S, wait_until
 from process_visualizer.nodes import viewer_link
 from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import FeedChannel, TopicFeed, ViewerLink
-from process_visualizer.remote.frames import (
+from process_visualizer.remote.offer import Offer, OfferedTopic
+from process_visualizer.remote.packets import (
     GREETING,
     Kind,
-    LinkFrameReader,
-    json_frame,
-    number_frame,
+    PacketReader,
+    json_packet,
+    number_packet,
 )
-from process_visualizer.remote.offer import Offer, OfferedTopic
 
 OFFER = Offer('1.0', 'realtime', '', {}, {})
 
@@ -37,10 +37,10 @@ def both_ends() -> Iterator[List[socket.socket]]:
             yield [relay, viewer]
 
 
-@pytest.mark.parametrize('frame', [
-    number_frame(Kind.PING, 1), json_frame(Kind.FETCH, uri='mesh', channel=1 << 31)])
+@pytest.mark.parametrize('packet', [
+    number_packet(Kind.PING, 1), json_packet(Kind.FETCH, uri='mesh', channel=1 << 31)])
 def test_a_viewer_that_asks_and_does_not_read_is_dropped(
-        frame: bytes, both_ends: List[socket.socket]) -> None:
+        packet: bytes, both_ends: List[socket.socket]) -> None:
     """It does not acknowledge either, so that nothing is sent, and all answers wait."""
     relay, viewer = both_ends
     ended = threading.Event()
@@ -49,7 +49,7 @@ def test_a_viewer_that_asks_and_does_not_read_is_dropped(
     viewer.sendall(GREETING)
     try:
         for _ in range(300):
-            viewer.sendall(1000 * frame)
+            viewer.sendall(1000 * packet)
     except OSError:
         assert ended.wait(60.0)
         return
@@ -119,14 +119,14 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
     cloud = FeedChannel(1, '/cloud', 'a/B', '', '/camera', False)
     viewer.settimeout(PATIENCE_S)
     viewer.sendall(GREETING)
-    reader = LinkFrameReader()
+    reader = PacketReader()
 
     def left_out() -> Dict[str, Any]:
-        viewer.sendall(number_frame(Kind.PING, 1))
+        viewer.sendall(number_packet(Kind.PING, 1))
         while True:
-            for frame in reader.take(viewer.recv(1000)):
-                if frame.kind == Kind.LEFT_OUT:
-                    return frame.json()
+            for packet in reader.take(viewer.recv(1000)):
+                if packet.kind == Kind.LEFT_OUT:
+                    return packet.json()
 
     assert left_out() == {}
     for channel in (cloud, cloud._replace(number=2, is_latched=True)):
@@ -156,8 +156,8 @@ def test_a_viewer_that_wants_something_else_all_the_time_does_not_keep_the_maste
     link = ViewerLink(relay, 'viewer', feed, lambda _link: None)
     link.start(OFFER, {}, {name: OfferedTopic('a/B', '', '') for name in ('/a', '/b')})
     viewer.sendall(GREETING + 500 * (
-        json_frame(Kind.WANT, topics=['/a']) + json_frame(Kind.WANT, topics=[]))
-        + json_frame(Kind.WANT, topics=['/b']))
+        json_packet(Kind.WANT, topics=['/a']) + json_packet(Kind.WANT, topics=[]))
+        + json_packet(Kind.WANT, topics=['/b']))
     taken = [feed.wanted.get(timeout=PATIENCE_S)]
     while taken[-1] != {'/b'}:
         taken.append(feed.wanted.get(timeout=PATIENCE_S))

@@ -10,7 +10,7 @@ import pytest
 from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Float64MultiArray, Header
 
-from process_visualizer.remote.outbox import CLOUD, IMAGE, thinned
+from process_visualizer.remote.thinning import CLOUD, IMAGE, thinned
 
 HEADER = Header(frame_id='camera_optical')
 

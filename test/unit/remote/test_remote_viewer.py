@@ -13,8 +13,8 @@ from surroundings import PATIENCE_S, wait_until
 
 from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport
-from process_visualizer.remote.frames import Message
 from process_visualizer.remote.offer import OfferedTopic
+from process_visualizer.remote.packets import Message
 from process_visualizer.viewing import viewer
 from process_visualizer.viewing.relay_connection import RelaySource
 from process_visualizer.viewing.viewer import OwnScene, Viewer
@@ -77,7 +77,7 @@ def test_an_rviz_that_hangs_is_told_and_that_it_is_over(tmp_path: Path) -> None:
     address: Tuple[str, int] = ('127.0.0.1', 1)
     said: List[str] = []
     it = Viewer('cell', address, lambda: address, str(tmp_path), said.append, True)
-    for look in (RVIZ_HANGS, ALL_ANSWERS, CellLook(master=MASTER_SILENT)):
+    for look in (RVIZ_HANGS, ALL_ANSWERS, CellLook(master_problem=MASTER_SILENT)):
         it._take_look(look)
     assert said[0] == 'RViz is not responding'
     assert said[1].startswith('RViz is not responding: over')

@@ -29,7 +29,7 @@ from process_visualizer.page.run_page import PageCell
 from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
 from process_visualizer.runs.comparison.live_comparison import LiveBands
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
-from process_visualizer.serving.cell_alarms import SeenRecorder, SeenTopic
+from process_visualizer.serving.cell_alarms import RecorderTopic, SeenRecorder
 from process_visualizer.serving.live_cell import LiveCell, SeenPlayer, verdict_entry
 
 CELL = '''<visualizer>
@@ -129,8 +129,8 @@ def test_what_is_marked_in_the_scene_is_an_alarm_once(stage: Stage) -> None:
 def test_a_topic_that_falls_silent_is_an_alarm(stage: Stage) -> None:
     def recorder(rate_hz: float, silence_s: float, count: int) -> SeenRecorder:
         return SeenRecorder(True, 'seam.bag', 65.2, 3, 2, (
-            SeenTopic('/heat', rate_hz, silence_s, count, False),
-            SeenTopic('heat', rate_hz, silence_s, count, False)))
+            RecorderTopic('/heat', rate_hz, silence_s, count, False),
+            RecorderTopic('heat', rate_hz, silence_s, count, False)))
 
     for count in range(40):
         stage.live.take_recorder(recorder(20.0, 0.02, 20 * count))
@@ -144,8 +144,8 @@ def test_a_topic_that_falls_silent_is_an_alarm(stage: Stage) -> None:
 
 
 def test_a_page_opened_after_a_driver_has_died_says_so(stage: Stage) -> None:
-    topics = (SeenTopic('/heat', 0.0, 40.0, 800, False, 0.1),
-              SeenTopic('heat', 0.0, 40.0, 800, False, 0.1))
+    topics = (RecorderTopic('/heat', 0.0, 40.0, 800, False, 0.1),
+              RecorderTopic('heat', 0.0, 40.0, 800, False, 0.1))
     stage.live.take_recorder(SeenRecorder(False, '', 0.0, 0, 0, topics))
     assert any(it['text'].startswith('oven: No data from ') for it in stage.state['alarms'])
 
@@ -350,7 +350,7 @@ def test_a_number_that_no_page_can_show_does_not_stop_the_page(stage: Stage, num
                                 stage.now_s)
         stage.live.take_player(SeenPlayer('a.bag', number, False), stage.now_s)
         stage.live.take_recorder(SeenRecorder(True, 'a.bag', number, 0, 0, (
-            SeenTopic('/heat', 0.0, abs(number), 3, False),)))
+            RecorderTopic('/heat', 0.0, abs(number), 3, False),)))
         stage.pass_time(1.0)
     for slot in (Slot.LAYOUT, Slot.STATE):
         json.loads(stage.live.feed.newest(slot)[1], parse_constant=no_number)

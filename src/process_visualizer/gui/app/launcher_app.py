@@ -33,7 +33,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.look_on import ServeDialog, WatchDialog
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.shortcuts import WindowKeys
-from process_visualizer.gui.cell.alarm_strip import alarm_strip
+from process_visualizer.gui.cell.alarm_strip import AlarmStrip
 from process_visualizer.gui.cell.calibration_panel import (
     CalibrationPanel,
     ExpectedPanel,
@@ -66,6 +66,7 @@ from process_visualizer.gui.toolkit.labels import listing, parted, plain_label, 
 from process_visualizer.gui.toolkit.scrolling import Column, ColumnOf, ColumnScroll, NoticePlace
 from process_visualizer.gui.toolkit.theme import DARK, LIGHT, DesktopTheme, apply_theme, color
 from process_visualizer.gui.toolkit.widgets import MessageBar, PanelTabs, title, tool_button
+from process_visualizer.health.alarm_board import Action, Condition
 
 _BRIEF_MS = 15_000
 
@@ -234,7 +235,7 @@ class LauncherApp(QMainWindow):
         self._after_quit = AfterQuit(self, launcher)
         self.setWindowTitle('Process Visualizer')
         self.file = plain_label()
-        self.alarms = alarm_strip(launcher, self._show_log)
+        self.alarms = AlarmStrip(launcher.alarms)
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
@@ -372,6 +373,7 @@ class LauncherApp(QMainWindow):
         launcher.states.changed.connect(self._show_states)
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
+        self.alarms.action_wanted.connect(self._act_on_alarm)
         self.devices.log_wanted.connect(self._show_log)
         self.devices.warnings_wanted.connect(
             lambda device: WarningsView(device, launcher.states, self).show())
@@ -475,6 +477,22 @@ class LauncherApp(QMainWindow):
         objects = self._launcher.objects.model
         self.live.set_near(objects.live)
         self.playback.set_near(objects.played)
+
+    def _act_on_alarm(self, action: Action, condition: Condition) -> None:
+        launcher = self._launcher
+        if action is Action.SHOW_LOG:
+            self._show_log(condition.part, condition.node)
+        elif action is Action.RESTART_RVIZ:
+            launcher.view.restart()
+        elif action is Action.GO_THERE:
+            launcher.playback.seek(condition.position_s or 0.0)
+        elif action is Action.ACKNOWLEDGE:
+            launcher.alarms.acknowledge(condition)
+        elif action is Action.REPLAY:
+            launcher.live.hold(True)  # until the replay is left
+            launcher.show_replay(condition.since_s or 0.0)
+        else:
+            launcher.launch.restart(condition.part)
 
     def _show_log(self, device: str, node: str) -> None:
         report = self._launcher.launch.reports.get(device)

@@ -87,7 +87,7 @@ class SecondLauncher(QObject):
 
     def take_look(self, look: CellLook) -> None:
         """Tell from when on nothing has come from the cell, until it answers again."""
-        is_stale = look.silent >= set(CELL_NODES) or look.master == MASTER_OTHER
+        is_stale = look.silent >= set(CELL_NODES) or look.master_problem == MASTER_OTHER
         if is_stale and self.stale is None:
             self.stale = self._say_it_is_stale()
         elif not is_stale and self.stale is not None:

@@ -35,8 +35,8 @@ from process_visualizer.gui.toolkit.dialogs import TextDialog, show_aside
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.theme import DesktopTheme, apply_style
-from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_owner import CellOwner, cell_owner
+from process_visualizer.launching.real_time_advice import give_real_time_advice
 from process_visualizer.launching.x_display import NoDisplay, require_display
 from process_visualizer.remote.link_words import not_this_computer, ports_of
 from process_visualizer.remote.offer import DEFAULT_PORTS

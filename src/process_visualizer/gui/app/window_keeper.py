@@ -20,11 +20,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.toolkit.labels import plain_label
-from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.toolkit.widgets import in_column
-from process_visualizer.rviz.window_geometry import (
-    Rectangle,
+from process_visualizer.gui.app.window_places import (
     WindowFrame,
     WindowPlaces,
     followed,
@@ -32,6 +28,10 @@ from process_visualizer.rviz.window_geometry import (
     settings_of,
     sizes_from,
 )
+from process_visualizer.gui.toolkit.labels import plain_label
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.widgets import in_column
+from process_visualizer.rviz.window_geometry import Rectangle
 
 # The window below RViz, with the buttons and the timeline.
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The alarms in a place that never moves: amber and red chips, each with its remedies."""
+"""A strip of fixed size with the alarms: amber and red chips, each with its remedies."""
 from __future__ import annotations
 
 import time
-from typing import Callable, Dict, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QShowEvent
@@ -21,7 +21,6 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.figures import clock_text
-from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.alarms_model import AlarmsModel, RecordedAlarms
 from process_visualizer.gui.toolkit.dialogs import TextDialog
 from process_visualizer.gui.toolkit.labels import plain_label, plain_tip
@@ -94,9 +93,9 @@ class AlarmStrip(QWidget):
     """Shows the alarms of a model, the worst first; scrolls if they do not fit.
 
     The alarms keep their places while the mouse is over them or a button of theirs has the keyboard
-    focus, so that nobody acknowledges or restarts something that has just come there. What is over
-    stays in its place, dimmed; what is new comes below, and is counted beside the alarms if it is
-    out of sight.
+    focus, so that nobody acknowledges or restarts something that has just come there. An alarm that
+    has ended stays in its place, dimmed; a new one comes below, and is counted beside the alarms if
+    it is out of sight.
     """
 
     action_wanted = pyqtSignal(object, object)
@@ -337,36 +336,3 @@ def chip_text(alarm: Alarm) -> str:
 
 def _of_day(time_s: float) -> str:
     return time.strftime('%H:%M:%S', time.localtime(time_s))
-
-
-ShowLog = Callable[[str, str], None]
-
-
-def alarm_strip(launcher: Launcher, show_log: ShowLog) -> AlarmStrip:
-    """Return the strip of the launcher's alarms.
-
-    Args:
-        launcher: the launcher that the alarms are about.
-        show_log: shows the log of a node (its name) of a part.
-    """
-    strip = AlarmStrip(launcher.alarms)
-    strip.action_wanted.connect(
-        lambda action, condition: _carry_out(launcher, show_log, action, condition))
-    return strip
-
-
-def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
-               condition: Condition) -> None:
-    if action is Action.SHOW_LOG:
-        show_log(condition.part, condition.node)
-    elif action is Action.RESTART_RVIZ:
-        launcher.view.restart()
-    elif action is Action.GO_THERE:
-        launcher.playback.seek(condition.position_s or 0.0)
-    elif action is Action.ACKNOWLEDGE:
-        launcher.alarms.acknowledge(condition)
-    elif action is Action.REPLAY:
-        launcher.live.hold(True)  # until the replay is left
-        launcher.show_replay(condition.since_s or 0.0)
-    else:
-        launcher.launch.restart(condition.part)

@@ -18,8 +18,8 @@ from process_visualizer.cell.model import Pose, RegionOfInterest
 from process_visualizer.clients.bag_recorder import BagRecorder, RecorderMemory
 from process_visualizer.clients.connector import connect_patiently
 from process_visualizer.clients.player_client import PlayerClient
+from process_visualizer.clients.running_system import from_system
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
-from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.ros.replay_link import ReplayLink, player_snapshot
 from process_visualizer.gui.ros.rviz_markers import BoxMarker, PoseMarker
@@ -30,6 +30,7 @@ from process_visualizer.gui.ros.snapshots import (
     RecorderSnapshot,
     TopicSnapshot,
 )
+from process_visualizer.gui.toolkit.tasks import NewestValue
 from process_visualizer.health.near_objects import seen_objects
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.cell_owner import cell_owner
@@ -70,6 +71,8 @@ class RosLinkError(Exception):
 class RosLink(QObject):
     """Turns messages of nodes into snapshots, delivered in the GUI thread by queued signals.
 
+    Of the states of player, recorder and displays, a late GUI thread gets only the newest.
+
     Its methods and the commands of ``player`` and ``recorder`` block: run them as tasks. Nothing
     is delivered before ``begin``.
     """
@@ -88,10 +91,14 @@ class RosLink(QObject):
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self.player = PlayerClient(lambda state: self.player_state.emit(
-            player_snapshot(state)),
+        self._displays = NewestValue(self)
+        recorder_states, player_states = NewestValue(self), NewestValue(self)
+        self._displays.came.connect(self.displays)
+        recorder_states.came.connect(self.recorder_state)
+        player_states.came.connect(self.player_state)
+        self.player = PlayerClient(lambda state: player_states.put(player_snapshot(state)),
                                    follow_now=False)
-        self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
+        self.recorder = BagRecorder(lambda state: recorder_states.put(_recorder(state)),
                                     follow_now=False)
         self.memory = RecorderMemory()
         self._frames = ServiceConnection(f'/{CELL_FRAMES}/set_frame', SetFrame)
@@ -170,7 +177,7 @@ class RosLink(QObject):
         self.recorder.begin()
         self._subscribers = [
             rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray,
-                             lambda report: self.displays.emit(tuple(
+                             lambda report: self._displays.put(tuple(
                                  DisplaySnapshot(it.name, int(it.level), it.message)
                                  for it in report.status)), queue_size=2),
             rospy.Subscriber(GHOST_PHASE_TOPIC, GhostPhase,

@@ -6,7 +6,8 @@ import math
 import queue
 import threading
 import time
-from typing import Any, Callable, Dict, Generic, NamedTuple, Optional, TypeVar
+from collections import deque
+from typing import Any, Callable, Deque, Dict, Generic, NamedTuple, Optional, TypeVar
 
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
@@ -101,6 +102,37 @@ class Tasks(QObject):
             task.on_error(error)
         else:
             raise error
+
+
+class NewestValue(QObject):
+    """Hands the newest value of other threads to the GUI thread.
+
+    A GUI thread that is late leaves out what has been replaced meanwhile. Otherwise values would
+    queue up on a busy computer, and clicks, timers and signals of the system would wait for all.
+    """
+
+    came = pyqtSignal(object)
+    """The newest value; emitted in the GUI thread."""
+    _woken = pyqtSignal()
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._waiting: Deque[Any] = deque(maxlen=1)
+        self._lock = threading.Lock()
+        self._woken.connect(self._deliver, Qt.QueuedConnection)
+
+    def put(self, value: Any) -> None:
+        """Replace the value that waits, if there is one; for any thread."""
+        with self._lock:
+            is_awake = bool(self._waiting)
+            self._waiting.append(value)
+        if not is_awake:
+            self._woken.emit()
+
+    def _deliver(self) -> None:
+        with self._lock:
+            value = self._waiting.pop()
+        self.came.emit(value)
 
 
 _SMALLEST_STEP = 0.005

@@ -16,9 +16,8 @@ from geometry_msgs.msg import Point, Quaternion
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import Color
-from process_visualizer.robot.arrows import format_age, format_value, line_of_block
+from process_visualizer.robot.arrows import ArrowStyle, format_age, format_value, line_of_block
 from process_visualizer.robot.rotations import Vector, quaternion_turning_x_onto
 
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)

@@ -8,7 +8,7 @@ import genpy
 import roslib.message
 import rospy
 
-from process_visualizer.curves.sending_habit import SendingHabit
+from process_visualizer.health.staleness import SendingHabit
 from process_visualizer.nodes.common.node_handle import NodeHandle, PlaybackFollower
 
 

@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.bagio.number_places import FieldPath
-from process_visualizer.curves.sending_habit import SendingHabit
+from process_visualizer.health.staleness import SendingHabit
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostEvent, GhostPhase
 from process_visualizer.msg import GhostRobot as GhostRobotMessage

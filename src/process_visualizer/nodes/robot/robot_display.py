@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
-import rospy
-import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from visualization_msgs.msg import Marker
 
-from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.markers import (
     TEXT_PERIOD_S,
     RefreshRate,
@@ -22,15 +18,11 @@ from process_visualizer.nodes.common.markers import (
     value_text,
     vector_arrow,
 )
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.robot.message_reader import StaticFrames, tf_transforms
 from process_visualizer.nodes.robot.tool_placing import ToolPlace
-from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import Color
 from process_visualizer.parameters.robot_parameters import RobotParameters
-from process_visualizer.robot.arrows import format_age, label_offset, line_of_block
+from process_visualizer.robot.arrows import ArrowStyle, format_age, label_offset, line_of_block
 from process_visualizer.robot.rotations import Vector
-from process_visualizer.ros_names import TF_TOPIC
 
 
 class ShownMotion(NamedTuple):
@@ -149,95 +141,3 @@ class RobotDisplay:
 
     def _is_stale(self, age_s: float) -> bool:
         return age_s > self._parameters.stale_after_s
-
-
-PATIENCE_S = 5.0  # from the first data to the first check: the other nodes are still starting
-LISTENING_S = 1.0
-PERIOD_S = 5.0
-
-
-class FrameWatch:
-    """Checks that frames are connected to a robot's base frame; otherwise RViz draws nothing.
-
-    Links of the robot's model, and frames fixed to them, are connected. For other frames it
-    listens to /tf only for a moment, as listening is expensive with many robots. A frame that was
-    found once is not checked again.
-    """
-
-    def __init__(self, node: NodeHandle, complaints: Complaints, static: StaticFrames,
-                 base_frame: str, links: Collection[str]) -> None:
-        """``links`` are those of the robot's model."""
-        self._node, self._complaints = node, complaints
-        self._base_frame = base_frame
-        self._found: Set[str] = {base_frame, *links}
-        self._wanted: Dict[str, str] = {}  # the topic, by frame
-        self._fixed_to: Dict[str, str] = {}
-        self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
-        self._static, self._is_following = static, False
-        self._moving: Any = None  # a subscriber
-        self._next_s = 0.0
-
-    def want(self, frame: str, topic: str) -> None:
-        """Check a frame in which the data of a topic is shown."""
-        if frame in self._found or frame in self._wanted:
-            return
-        self._wanted[frame] = self._node.resolve(topic)
-        self._next_s = self._node.monotonic_s() + PATIENCE_S
-        if not self._is_following:
-            self._is_following = True
-            self._static.follow(self._on_static)
-
-    def look(self) -> None:
-        """Check the frames, and warn of those that are not found after some time."""
-        if not self._wanted or self._node.monotonic_s() < self._next_s:
-            return
-        for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
-            self._take(frame)
-        if self._wanted and self._moving is None:
-            # AnyMsg, as in TopicReader: rospy allows one class per topic in a process
-            self._moving = self._node.subscribe(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
-            self._next_s += LISTENING_S
-        elif self._wanted:
-            self._judge()
-
-    def _judge(self) -> None:
-        self._moving.unregister()
-        self._moving = None
-        self._next_s = self._node.monotonic_s() + PERIOD_S
-        for frame in list(self._wanted):
-            problem = self._problem(frame)
-            if problem:
-                self._complaints.state(
-                    frame, f'the data of {self._wanted[frame]} is not drawn, as tf does not '
-                    f'connect the frame {frame} with {self._base_frame}: {problem}')
-            else:
-                self._take(frame)
-
-    def _take(self, frame: str) -> None:
-        self._found.add(frame)
-        del self._wanted[frame]
-        self._complaints.end(frame)
-
-    def _is_fixed(self, frame: str) -> bool:
-        """Return whether a frame is fixed to one that was found."""
-        passed: Set[str] = set()
-        while frame in self._fixed_to and frame not in passed | self._found:
-            passed.add(frame)
-            frame = self._fixed_to[frame]
-        return frame in self._found
-
-    def _problem(self, frame: str) -> str:
-        known = self._buffer._frameExists(frame)
-        if not self._buffer._frameExists(self._base_frame):  # a robot may be a force sensor only
-            return '' if known else f'there is no frame {frame}'
-        connected, problem = self._buffer.can_transform_core(self._base_frame, frame, rospy.Time())
-        return '' if connected else str(problem)
-
-    def _on_static(self, transforms: List[TransformStamped]) -> None:
-        for transform in transforms:
-            self._buffer.set_transform_static(transform, 'static')
-            self._fixed_to[transform.child_frame_id] = transform.header.frame_id
-
-    def _on_transforms(self, message: Any) -> None:
-        for transform in tf_transforms(message._buff):
-            self._buffer.set_transform(transform, 'dynamic')

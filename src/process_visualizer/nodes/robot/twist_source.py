@@ -16,9 +16,9 @@ from process_visualizer.bagio.message_layout import MessageDamaged
 from process_visualizer.bagio.number_places import joint_places
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import RefreshRate
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.node_parameters import LiveNumber
 from process_visualizer.nodes.robot.message_reader import ToolPose, float32_values
 from process_visualizer.nodes.robot.tool_input import FramesNotConnected, PoseDecoder
 from process_visualizer.playback.playback_clock import PlaybackClock

@@ -19,12 +19,13 @@ from process_visualizer.cell.model import (
     Variable,
 )
 from process_visualizer.curves.source_locators import joint_matching
-from process_visualizer.parameters.arrow_style import ArrowStyle, configured_arrow
 from process_visualizer.robot.arrows import (
     FOOT_DISTANCE_M,
     MAX_LENGTH_M,
     MIN_ARROW_M,
+    ArrowStyle,
     arrow_feet,
+    configured_arrow,
 )
 from process_visualizer.robot.description import RobotDescription, usable_description
 from process_visualizer.robot.frames import meant_frame

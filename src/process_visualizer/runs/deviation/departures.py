@@ -285,7 +285,7 @@ def _bend_errors(moments_s: np.ndarray, times_s: np.ndarray, values: np.ndarray,
 
 
 _LOST_ROWS = 30
-"""Rows at the beginning in which no time lost is known, and somewhat more."""
+"""Number of first rows for which lost time cannot be known, with a margin."""
 _HAS_LEVEL = (SignalKind.VARIABLE, SignalKind.FORCE)
 MIN_LASTING_ROWS = 3
 """Minimum rows outside the band for a departure."""
@@ -417,9 +417,9 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     width = _usual_width(limits)
     level = limits.usual / width if limits.usual is not None and signal.kind in _HAS_LEVEL else None
     since = onset(times_s, from_usual / width, begin, level)
-    single = signal._replace(over_s=0.0)
-    if signal.over_s and single in run and single in band.signals:
-        since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
+    unsmoothed = signal._replace(over_s=0.0)
+    if signal.over_s and unsmoothed in run and unsmoothed in band.signals:
+        since = lasting_onset(times_s, run[unsmoothed] - band.signals[unsmoothed].middle, begin,
                               float(np.sign(deviation[begin])), signal.over_s)
     back_s = float(times_s[end]) if end < len(times_s) else None
     if signal.period_s:
@@ -428,8 +428,8 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     in_all_s, onset_s = None, since.time_s
     if signal.label == TIMING_LABEL:
         # where a clock stands still, the moment before it counts; and the loss within half a
-        # second may exceed that in all
-        # nothing is lost before the known stretch: a wait takes any time
+        # second may exceed that in all. Time can be lost only once it is known: a wait may take
+        # any time
         known = int(np.max(np.flatnonzero(np.isnan(deviation[:begin])) + 1, initial=0))
         if known > _LOST_ROWS:
             onset_s = max(onset_s, float(times_s[known]))
@@ -611,7 +611,7 @@ def _in_order(found: Sequence[Departure],
     began_s = {id(it): _began_s(it, found) for it in found}
     began_in_run_s = dict(zip(began_s, to_run(np.array(list(began_s.values()))).tolist()))
     waiting = sorted(found, key=lambda it: began_s[id(it)])
-    ranked: List[Departure] = []
+    ordered: List[Departure] = []
     while waiting:
         first = id(waiting[0])
         together = [it for it in waiting
@@ -621,6 +621,6 @@ def _in_order(found: Sequence[Departure],
                       and not it.is_on_path), default=0.0)
         ranks = {id(it): _rank(it, beside, together) for it in together}
         together.sort(key=lambda it: (ranks[id(it)], -_size(it)))
-        ranked.append(together[0])
+        ordered.append(together[0])
         waiting.remove(together[0])
-    return ranked
+    return ordered

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from process_visualizer.health.user_limits import may_have_real_time_priority
+from process_visualizer.launching.real_time_advice import may_have_real_time_priority
 
 ORDINARY = 'Name:\tcell\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\n'
 ROOT = ORDINARY.replace('CapEff:\t0000000000000000', 'CapEff:\t000001ffffffffff')
@@ -16,7 +16,7 @@ ROOT_WITHOUT = ORDINARY.replace('CapEff:\t0000000000000000', 'CapEff:\t000001fff
 
 ADVICE = """
 import resource
-from process_visualizer.health.user_limits import real_time_advice
+from process_visualizer.launching.real_time_advice import real_time_advice
 resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
 print(real_time_advice())
 """

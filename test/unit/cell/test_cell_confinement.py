@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from process_visualizer.cell.confinement import confined
 from process_visualizer.cell.element_reader import read_xml
-from process_visualizer.cell.execution_policy import confined
 from process_visualizer.cell.file_edit import without
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.trust import (

@@ -13,12 +13,15 @@ from typing import Deque, Optional, Sequence, Tuple
 
 import numpy as np
 
+STALE_AFTER_S = 0.7
+"""Age from which a value that is sent at a rate is stale, unless a parameter says otherwise [s]:
+stale data is then visible as such within a second, with all other delays."""
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
 _EVEN, _SLACK = 1.5, 3.0  # ratios: longest to a short interval; silence to longest interval
 
 
-def holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
+def value_holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
     """Return how long [s] a value holds; infinite if its topic has no known rate.
 
     Args:
@@ -97,5 +100,5 @@ class SendingHabit:
         self._last = time_s, segment
 
     def holds_for_s(self, quick_s: float) -> float:
-        """Return how long [s] the last value holds; see the module's function."""
-        return holds_for_s(tuple(self._intervals_s), quick_s)
+        """Return how long [s] the last value holds; see `value_holds_for_s`."""
+        return value_holds_for_s(tuple(self._intervals_s), quick_s)

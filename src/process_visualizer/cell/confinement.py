@@ -23,7 +23,7 @@ from process_visualizer.cell.values import plain_yaml
 
 _RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
 """Substitutions that are resolved; any other could be code, or reveal a secret of this computer."""
-_FOUND = re.compile(r'\$\(find\s+[\w-]+\)')
+_FIND_PACKAGE = re.compile(r'\$\(find\s+[\w-]+\)')
 _NODE_ATTRIBUTES = ('pkg', 'type', 'name', 'ns', 'output', 'ifstate', 'if', 'unless')
 _LAUNCH_ATTRIBUTES = ('pkg', 'type', 'ifstate', 'if', 'unless')
 _READS_OR_RUNS = ('command', 'textfile', 'binfile')
@@ -62,7 +62,7 @@ def confined(root: Element, provenance: Provenance, given: Mapping[str, str]) ->
     if not provenance.is_data:
         return Confined(root)
     declared = [it for it in root.children if it.tag == 'arg' and not _unresolvable(it)]
-    work = _Work(provenance, read_arguments(replace(root, children=declared), given,
+    work = _Confinement(provenance, read_arguments(replace(root, children=declared), given,
                                             ProblemList()))
     return Confined(work.kept(root), tuple(work.ignored), tuple(work.removals))
 
@@ -75,7 +75,7 @@ def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenan
     kept = {name: value for name, value in given.items() if '$' not in value}
     return kept, tuple(
         _problem(Location(path, 1), 'arg', f'the value of "{name}" is ignored in '
-                 f'{_of(provenance)}: it would be resolved once more')
+                 f'{_origin_words(provenance)}: it would be resolved once more')
         for name in given if name not in kept)
 
 
@@ -83,11 +83,12 @@ def refused_include(path: str, location: Location, provenance: Provenance) -> Op
     """Return a problem if data includes a file that is neither one of its own nor in a package."""
     if not provenance.is_data or is_below(path, provenance.folder) or in_a_package(path):
         return None
-    return _problem(location, 'include', f'"{shortened(path)}" is ignored in {_of(provenance)}: it '
-                    'is neither one of its files nor one of an installed package')
+    return _problem(location, 'include', f'"{shortened(path)}" is ignored in '
+                    f'{_origin_words(provenance)}: it is neither one of its files nor one of an '
+                    'installed package')
 
 
-class _Work:
+class _Confinement:
     """Walks over the elements of one file, and notes the ignored parts."""
 
     def __init__(self, provenance: Provenance, arguments: Arguments) -> None:
@@ -102,7 +103,7 @@ class _Work:
         for name in self._extra_attributes(element):
             del attributes[name]
             self._ignore(element, f'"{name}" is ignored: only its package is trusted, not what '
-                                  f'{_of(self._provenance)} lets it do', name)
+                                  f'{_origin_words(self._provenance)} lets it do', name)
         if element.tag == 'device' and attributes.pop('machine', None) is not None:
             self._ignore(element, f'"machine" is ignored: {_NEVER["machine"]}', 'machine')
         children = []
@@ -120,7 +121,7 @@ class _Work:
 
     def _refusal(self, element: Element, parent: Element) -> str:
         """Return why an element is ignored; empty if it is not."""
-        of = _of(self._provenance)
+        of = _origin_words(self._provenance)
         if (parent.tag, element.tag) == ('launch', 'arg'):
             return f'is ignored in {of}: launch files run what they are given, such as a prefix'
         if element.tag in _NEVER:
@@ -173,7 +174,7 @@ def _unresolvable(element: Element) -> str:
     for name, value in element.attributes.items():
         text = _RESOLVED.sub('', value)
         if (element.tag, name) == ('include', 'file'):
-            text = _FOUND.sub('', text)  # a file of an installed package is also read as data
+            text = _FIND_PACKAGE.sub('', text)  # a file of a package is also read as data
         if '$' in text:
             return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in ' \
                    'files of your own'
@@ -232,5 +233,5 @@ def _problem(location: Location, tag: str, message: str) -> Problem:
     return Problem(location, shortened(tag), message + advice)
 
 
-def _of(provenance: Provenance) -> str:
+def _origin_words(provenance: Provenance) -> str:
     return provenance.origin.value

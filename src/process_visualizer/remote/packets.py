@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frames of a connection between a cell's relay and a viewer, as bytes.
+"""Packets of a connection between a cell's relay and a viewer, as bytes.
 
-After a greeting of fixed bytes, which reveals a wrong port at once, each side sends frames: a
+After a greeting of fixed bytes, which reveals a wrong port at once, each side sends packets: a
 kind, a channel, a length, and as many bytes of content. Large messages are sent in parts, so that
 small ones do not wait for them. Lengths from the other side are checked before memory is allocated.
 """
@@ -19,8 +19,8 @@ GREETING = b'process_visualizer view 1\n'
 PART_BYTES = 8 << 10
 MAX_BYTES = 64 << 20
 """Maximum size of a message; larger ones are not passed on."""
-FRAME_BYTES = 4 << 20
-"""Maximum size of a frame's content."""
+PACKET_BYTES = 4 << 20
+"""Maximum size of a packet's content."""
 MAX_OPEN, MAX_OPEN_BYTES = 4096, 8 * MAX_BYTES
 """Maximum number of messages that have begun and are not complete, and of their bytes so far."""
 _HEAD = Struct('<BII')
@@ -30,7 +30,7 @@ _TIMES = Struct('<QQ')
 
 
 class Kind(IntEnum):
-    """Kind of a frame. The viewer sends the kinds from WANT on, the relay the others."""
+    """Kind of a packet. The viewer sends the kinds from WANT on, the relay the others."""
 
     OFFER = 1
     TOPICS = 2
@@ -46,8 +46,8 @@ class Kind(IntEnum):
     FETCH = 20
 
 
-class LinkFrame(NamedTuple):
-    """A frame; ``channel`` is the number of a topic's publisher, or 0."""
+class Packet(NamedTuple):
+    """A packet; ``channel`` is the number of a topic's publisher, or 0."""
 
     kind: int
     channel: int
@@ -57,14 +57,14 @@ class LinkFrame(NamedTuple):
         """Return the content as a JSON object.
 
         Raises:
-            FramesBroken: the content is not a JSON object.
+            PacketsBroken: the content is not a JSON object.
         """
         try:
             value = parsed_json(self.content.decode('utf-8', 'surrogatepass'))
         except (ValueError, RecursionError) as error:
-            raise FramesBroken(f'not JSON: {error}') from None
+            raise PacketsBroken(f'not JSON: {error}') from None
         if not isinstance(value, dict):
-            raise FramesBroken('not a JSON object')
+            raise PacketsBroken('not a JSON object')
         return value
 
     def number(self) -> int:
@@ -77,76 +77,76 @@ class LinkFrame(NamedTuple):
         return first, second
 
 
-class FramesBroken(Exception):
+class PacketsBroken(Exception):
     """The other side violates the protocol; the text says how."""
 
 
-def frame_bytes(kind: Kind, content: bytes = b'', channel: int = 0) -> bytes:
-    """Return a frame as bytes."""
+def packet_bytes(kind: Kind, content: bytes = b'', channel: int = 0) -> bytes:
+    """Return a packet as bytes."""
     return _HEAD.pack(kind, channel, len(content)) + content
 
 
-def json_frame(kind: Kind, **values: Any) -> bytes:
-    """Return a frame with a JSON object."""
-    return frame_bytes(kind, json.dumps(values).encode())
+def json_packet(kind: Kind, **values: Any) -> bytes:
+    """Return a packet with a JSON object."""
+    return packet_bytes(kind, json.dumps(values).encode())
 
 
-def number_frame(kind: Kind, number: int) -> bytes:
-    """Return a frame with a number."""
-    return frame_bytes(kind, _NUMBER.pack(number))
+def number_packet(kind: Kind, number: int) -> bytes:
+    """Return a packet with a number."""
+    return packet_bytes(kind, _NUMBER.pack(number))
 
 
-def times_frame(kind: Kind, first: int, second: int) -> bytes:
-    """Return a frame with two numbers."""
-    return frame_bytes(kind, _TIMES.pack(first, second))
+def times_packet(kind: Kind, first: int, second: int) -> bytes:
+    """Return a packet with two numbers."""
+    return packet_bytes(kind, _TIMES.pack(first, second))
 
 
-def message_frames(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes]:
-    """Yield the frames of a message: its beginning, and its parts.
+def message_packets(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes]:
+    """Yield the packets of a message: its beginning, and its parts.
 
     ``arrived_ns`` is the time of arrival at the relay, by the cell's clock [ns since the epoch].
     """
-    yield frame_bytes(Kind.BEGIN, _BEGIN.pack(arrived_ns, len(data)), channel)
+    yield packet_bytes(Kind.BEGIN, _BEGIN.pack(arrived_ns, len(data)), channel)
     for begin in range(0, len(data), PART_BYTES):
-        yield frame_bytes(Kind.PART, data[begin:begin + PART_BYTES], channel)
+        yield packet_bytes(Kind.PART, data[begin:begin + PART_BYTES], channel)
 
 
-class LinkFrameReader:
-    """Assembles frames from bytes as they arrive, up to a maximum size."""
+class PacketReader:
+    """Assembles packets from bytes as they arrive, up to a maximum size."""
 
-    def __init__(self, most_bytes: int = FRAME_BYTES) -> None:
+    def __init__(self, most_bytes: int = PACKET_BYTES) -> None:
         """``most_bytes`` is the maximum size of a content."""
         self._most_bytes = most_bytes
         self._buffer = bytearray()
         self._is_greeted = False
 
-    def take(self, data: bytes) -> List[LinkFrame]:
-        """Take bytes; return the frames that are complete now.
+    def take(self, data: bytes) -> List[Packet]:
+        """Take bytes; return the packets that are complete now.
 
         Raises:
-            FramesBroken: the bytes are not frames.
+            PacketsBroken: the bytes are not packets.
         """
         self._buffer += data
         if not self._is_greeted:
             greeting = bytes(self._buffer[:len(GREETING)])
             if not GREETING.startswith(greeting):
-                raise FramesBroken('what answers there is not this program, or another version')
+                raise PacketsBroken('what answers there is not this program, or another version')
             if len(greeting) < len(GREETING):
                 return []
             del self._buffer[:len(GREETING)]
             self._is_greeted = True
-        return list(self._frames())
+        return list(self._packets())
 
-    def _frames(self) -> Iterator[LinkFrame]:
+    def _packets(self) -> Iterator[Packet]:
         position = 0
         while len(self._buffer) - position >= _HEAD.size:
             kind, channel, length = _HEAD.unpack_from(self._buffer, position)
             if length > self._most_bytes:
-                raise FramesBroken(f'a frame of {length} bytes')
+                raise PacketsBroken(f'a packet of {length} bytes')
             end = position + _HEAD.size + length
             if len(self._buffer) < end:
                 break
-            yield LinkFrame(kind, channel, bytes(self._buffer[position + _HEAD.size:end]))
+            yield Packet(kind, channel, bytes(self._buffer[position + _HEAD.size:end]))
             position = end
         del self._buffer[:position]
 
@@ -167,37 +167,37 @@ class MessageParts:
         self._open: Dict[int, Tuple[int, int, bytearray]] = {}
         self._open_bytes = 0
 
-    def begin(self, frame: LinkFrame) -> List[Message]:
+    def begin(self, packet: Packet) -> List[Message]:
         """Take the beginning of a message; return the message if it is empty.
 
         Raises:
-            FramesBroken: the frame is not a valid beginning.
+            PacketsBroken: the packet is not a valid beginning.
         """
-        arrived_ns, size = _unpacked(_BEGIN, frame.content)
+        arrived_ns, size = _unpacked(_BEGIN, packet.content)
         if size > MAX_BYTES:
-            raise FramesBroken(f'a message of {size} bytes')
-        self._forget(frame.channel)
+            raise PacketsBroken(f'a message of {size} bytes')
+        self._forget(packet.channel)
         if len(self._open) >= MAX_OPEN:
-            raise FramesBroken(f'{MAX_OPEN} messages that have begun')
-        self._open[frame.channel] = arrived_ns, size, bytearray()
-        return self._completed(frame.channel)
+            raise PacketsBroken(f'{MAX_OPEN} messages that have begun')
+        self._open[packet.channel] = arrived_ns, size, bytearray()
+        return self._completed(packet.channel)
 
-    def part(self, frame: LinkFrame) -> List[Message]:
+    def part(self, packet: Packet) -> List[Message]:
         """Take a part; return the message if it is now complete.
 
         Raises:
-            FramesBroken: the message has not begun, or is longer than announced.
+            PacketsBroken: the message has not begun, or is longer than announced.
         """
-        if frame.channel not in self._open:
-            raise FramesBroken('a part of a message that has not begun')
-        _, size, data = self._open[frame.channel]
-        data += frame.content
-        self._open_bytes += len(frame.content)
+        if packet.channel not in self._open:
+            raise PacketsBroken('a part of a message that has not begun')
+        _, size, data = self._open[packet.channel]
+        data += packet.content
+        self._open_bytes += len(packet.content)
         if len(data) > size:
-            raise FramesBroken('a message that is longer than announced')
+            raise PacketsBroken('a message that is longer than announced')
         if self._open_bytes > MAX_OPEN_BYTES:
-            raise FramesBroken(f'unfinished messages of {self._open_bytes} bytes')
-        return self._completed(frame.channel)
+            raise PacketsBroken(f'unfinished messages of {self._open_bytes} bytes')
+        return self._completed(packet.channel)
 
     def _completed(self, channel: int) -> List[Message]:
         arrived_ns, size, data = self._open[channel]
@@ -213,5 +213,5 @@ class MessageParts:
 
 def _unpacked(layout: Struct, content: bytes) -> Tuple[Any, ...]:
     if len(content) != layout.size:
-        raise FramesBroken(f'{len(content)} bytes instead of {layout.size}')
+        raise PacketsBroken(f'{len(content)} bytes instead of {layout.size}')
     return layout.unpack(content)

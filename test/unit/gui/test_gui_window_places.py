@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.rviz.window_geometry import (
+from process_visualizer.gui.app.window_places import (
     MIN_LAUNCHER_PX,
     MIN_RVIZ_PX,
     MIN_TIMELINE_PX,
     MIN_UPPER_PX,
-    Rectangle,
     Sizes,
     WindowFrame,
     WindowPlaces,
@@ -23,6 +22,7 @@ from process_visualizer.rviz.window_geometry import (
     settings_of,
     sizes_from,
 )
+from process_visualizer.rviz.window_geometry import Rectangle
 
 FRAME = WindowFrame(1, 20, 1, 2)
 FRAMES = st.builds(WindowFrame, *(4 * [st.integers(0, 40)]))
