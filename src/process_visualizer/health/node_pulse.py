@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Detection of nodes that hang or have ended: all are asked for their process ids.
 
-A hanging node is detected within half a second, or later on a busy computer.
+A hanging node is detected within half a second, or later on a busy computer and while it starts.
 """
 from __future__ import annotations
 

@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import argparse
 import os
+import select
 import socket
 import sys
 import threading
+import time
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Dict, List, Optional, Set, Tuple
+from urllib.parse import urlsplit
 
 import rosgraph
 import rospkg
@@ -58,6 +61,9 @@ _GREETS_S = 6.0
 _MAX_WAITING = 64
 """Maximum number of connections that have said nothing; then the oldest ones end."""
 _TOPICS_PERIOD_S = 1.0
+_FRESH_S = 1.0
+"""Time for which an offer is used again [s]: viewers may come all at once."""
+_Made = Tuple[Offer, Files, Dict[str, OfferedTopic]]
 
 
 class ViewRelay:
@@ -79,6 +85,9 @@ class ViewRelay:
         self._links: Set[ViewerLink] = set()
         self._waiting: Dict[socket.socket, None] = {}  # the oldest first
         self._offered: Optional[Tuple[str, Dict[str, str], Offer, Files]] = None
+        self._making = threading.Lock()
+        self._made: Tuple[float, str, Optional[_Made]] = (0.0, '', None)  # when, and of which view
+        self._cell = f'{socket.gethostname()}:{urlsplit(rosgraph.get_master_uri()).port}'
         self._changed = threading.Event()
         self._ended = threading.Event()
 
@@ -140,20 +149,22 @@ class ViewRelay:
         is_viewer = _says_something(connection)
         with self._lock:
             self._waiting.pop(connection, None)
-        if not is_viewer:
+        if not is_viewer or not _greeted(connection):
             connection.close()
             return
         if not self._has_room():
             _refuse(connection, _FULL)
             return
         try:
-            offer, files = self._offer(self._view())
-            topics = self._topics()
+            made = self._made_for(connection)
         except (OSError, rosgraph.MasterException) as error:
             _refuse(connection, f'its ROS master does not answer ({error}): look at the cell')
             return
         except ValueError as error:
             _refuse(connection, f'its view cannot be shown: {error}')
+            return
+        if made is None:
+            connection.close()
             return
         link = ViewerLink(connection, name, self._feed, self._forget)
         with self._lock:
@@ -165,7 +176,7 @@ class ViewRelay:
             return
         rospy.loginfo('%s watches', name)
         try:
-            link.start(offer, files, topics)
+            link.start(*made)
         except (OSError, RuntimeError, MemoryError):
             self._forget(link)
             link.close()
@@ -185,6 +196,22 @@ class ViewRelay:
         with self._lock:
             self._links.discard(link)
 
+    def _made_for(self, connection: socket.socket) -> Optional[_Made]:
+        """Return what a viewer is offered; None if it has given up meanwhile.
+
+        One thread makes it at a time, for all that have come: many viewers of a busy computer would
+        otherwise hold up each other until they give up.
+        """
+        with self._making:
+            if _has_left(connection):
+                return None
+            view, now_s = self._view(), time.monotonic()
+            made_s, of_view, made = self._made
+            if made is None or of_view != view or now_s - made_s > _FRESH_S:
+                made = (*self._offer(view), self._topics())
+                self._made = time.monotonic(), view, made
+            return made
+
     def _offer(self, view: str) -> Tuple[Offer, Files]:
         models = {}
         for name in model_parameters(view):
@@ -195,7 +222,7 @@ class ViewRelay:
             return before[2:]  # without reading meshes again, a viewer is back sooner
         paths = mesh_paths(models)
         version = rospkg.RosPack().get_manifest(PACKAGE).version
-        offer = Offer(version, self._mode, view, models, offered_meshes(paths))
+        offer = Offer(version, self._mode, view, models, offered_meshes(paths), self._cell)
         files = {uri: partial(_content, path) for uri, path in paths.items()}
         self._offered = view, models, offer, files
         return offer, files
@@ -261,11 +288,28 @@ def _says_something(connection: socket.socket) -> bool:
         return False
 
 
+def _greeted(connection: socket.socket) -> bool:
+    """Greet a viewer at once, so that it knows of a cell while the offer is made."""
+    try:
+        connection.settimeout(2.0)
+        connection.sendall(GREETING)
+    except OSError:
+        return False  # the viewer has gone
+    return True
+
+
+def _has_left(connection: socket.socket) -> bool:
+    """Return whether the viewer has closed a connection, of which it still sent something."""
+    poll = select.poll()
+    poll.register(connection, select.POLLRDHUP)
+    return bool(poll.poll(0))
+
+
 def _refuse(connection: socket.socket, reason: str) -> None:
     try:
         with connection:
             connection.settimeout(2.0)
-            connection.sendall(GREETING + json_packet(Kind.REFUSED, reason=reason))
+            connection.sendall(json_packet(Kind.REFUSED, reason=reason))
     except OSError:
         return  # the viewer has gone
 

@@ -25,7 +25,6 @@ from process_visualizer.remote.link_window import LinkWindow
 from process_visualizer.remote.offer import Offer, OfferedTopic, topics_message
 from process_visualizer.remote.outbox import Outbox
 from process_visualizer.remote.packets import (
-    GREETING,
     MAX_BYTES,
     Kind,
     Packet,
@@ -166,7 +165,7 @@ class ViewerLink:
         return time.monotonic() - self._heard_s
 
     def start(self, offer: Offer, files: Files, topics: Mapping[str, OfferedTopic]) -> None:
-        """Greet, offer, and begin to listen."""
+        """Offer, and begin to listen; the viewer has been greeted."""
         connection = self._connection
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.settimeout(_SILENT_S)
@@ -294,7 +293,6 @@ class ViewerLink:
 
     def _write(self) -> None:
         try:
-            self._connection.sendall(GREETING)
             while True:
                 data = self._next()
                 if data is None:

@@ -22,8 +22,12 @@ class Address(NamedTuple):
     port: Optional[int]
 
     def __str__(self) -> str:
-        host = f'[{self.host}]' if ':' in self.host and self.port is not None else self.host
-        return host if self.port is None else f'{host}:{self.port}'
+        return self.host if self.port is None else f'{bracketed(self.host)}:{self.port}'
+
+
+def bracketed(host: str) -> str:
+    """Return a host as it is written before a port: an IPv6 address in brackets."""
+    return f'[{host}]' if ':' in host else host
 
 
 def address_of(text: str) -> Address:
@@ -105,8 +109,13 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
 
 def hidden_by_name(environment: Mapping[str, str]) -> Optional[str]:
     """Return a message if ROS_HOSTNAME is a name for the loopback address here, else None."""
+    address = environment.get('ROS_IP', '').strip()
     name = environment.get('ROS_HOSTNAME', '').strip()
-    if environment.get('ROS_IP', '').strip() or name in ('', 'localhost') or not is_loopback(name):
+    if address:
+        return (f'nobody can watch this cell: ROS_IP is {address}, an address of the loopback '
+                'interface. Set it to one that "hostname -I" prints instead, or add --remote'
+                ) if is_loopback(address) else None
+    if name in ('', 'localhost') or not is_loopback(name):
         return None
     return (f'nobody can watch this cell: ROS_HOSTNAME is {name}, which /etc/hosts gives to the '
             'loopback interface. Set ROS_IP to an address that "hostname -I" prints instead, or '
@@ -196,7 +205,13 @@ _WHICH_PORT = ('Give the port of the cell for viewers, which "cell run --remote"
 NOT_A_MASTER = f'what answers is neither a cell nor a ROS master. {_WHICH_PORT}'
 NOT_THE_CELL = 'what answers there is not the cell of this program, or one of another version'
 SAYS_NOTHING = ('it accepts the connection, but says nothing: another program listens there, or '
-                'the cell is stopped')
+                'the cell is stopped, or its computer is far too busy')
+
+
+def another_cell(host: str, port: int) -> str:
+    """Return the message that another cell of the same computer was found, which is not shown."""
+    return (f'another cell runs there, at port {port}: "cell view --master '
+            f'{Address(host, port)}" shows it')
 
 
 def only_small_packets(host: str) -> str:
@@ -258,12 +273,9 @@ def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[st
                 f'{DEFAULT_PORTS[0]}): '
                 'is the cell running there? It lets other computers watch if it is started with '
                 '"cell run --remote" or the launcher with remote:=true. If it says another port '
-                f'when it starts, add that: --master {address.host}:PORT',)
-    if not isinstance(relay, ConnectionRefusedError):  # the one port that has to be open
-        return (unreachable(Address(address.host, DEFAULT_PORTS[0]), relay,
-                            'the cell for viewers'),)
-    return (unreachable(Address(address.host, address.port or MASTER_PORT), master,
-                        'the ROS master'),)
+                f'when it starts, add that: --master {bracketed(address.host)}:PORT',)
+    # The port of the cell is the one that has to be open; that of the master may be closed.
+    return (unreachable(Address(address.host, DEFAULT_PORTS[0]), relay, 'the cell for viewers'),)
 
 
 def clocks_apart(ahead_s: float) -> Optional[str]:

@@ -39,7 +39,8 @@ class Offer(NamedTuple):
     """The first message to a viewer.
 
     ``view`` is the content of an .rviz file; ``models`` has the descriptions by parameter, and
-    ``meshes`` the files by their URIs in the descriptions.
+    ``meshes`` the files by their URIs in the descriptions. ``cell`` (computer and port of its ROS
+    master) tells cells of one computer apart; it is empty from versions that do not send it.
     """
 
     version: str
@@ -47,11 +48,12 @@ class Offer(NamedTuple):
     view: str
     models: Dict[str, str]
     meshes: Dict[str, OfferedMesh]
+    cell: str = ''
 
     def values(self) -> Dict[str, Any]:
         """Return the offer as a JSON object."""
         return {'version': self.version, 'mode': self.mode, 'view': self.view,
-                'models': self.models,
+                'cell': self.cell, 'models': self.models,
                 'meshes': {uri: list(mesh) for uri, mesh in self.meshes.items()}}
 
 
@@ -75,7 +77,8 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
     if not all(isinstance(it, str) for it in texts):
         raise ValueError('a text is missing')
     version, mode, view = map(str, texts)
-    return Offer(version, mode, view, models, meshes)
+    cell = values.get('cell')
+    return Offer(version, mode, view, models, meshes, cell if isinstance(cell, str) else '')
 
 
 def topics_of(values: Mapping[str, Any]) -> Dict[str, OfferedTopic]:

@@ -15,6 +15,7 @@ from process_visualizer.remote.link_words import (
     NOT_THE_CELL,
     SAYS_NOTHING,
     Address,
+    bracketed,
     is_here,
     is_loopback,
     no_cell,
@@ -36,6 +37,8 @@ from process_visualizer.remote.packets import (
 from process_visualizer.shown_text import shown_in_line
 
 _ANSWER_S, _WHOLE_S = 4.0, 12.0
+_OFFER_S = 8.0
+"""Time from the greeting to the offer, which a busy cell makes slowly [s]."""
 _ENOUGH_BYTES = 16 << 10
 """Size larger than any network packet [bytes]."""
 _MAX_PORT = 65535
@@ -74,7 +77,7 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
     port_problem = None if wanted.port is None else _problem_at(wanted.host, wanted.port)
     if wanted.port is not None and port_problem is None:
         return wanted.host, wanted.port
-    uri = f'http://{_in_uri(wanted.host)}:{wanted.port or MASTER_PORT}'
+    uri = f'http://{bracketed(wanted.host)}:{wanted.port or MASTER_PORT}'
     try:
         answer = _asked(uri)
     except OSError as error:
@@ -100,16 +103,16 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
 
 def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:
     """Find a relay at the usual ports: the master may listen only to its own computer."""
-    worst: OSError = error
+    found: List[OSError] = []
     for port in DEFAULT_PORTS:
         problem = _problem_at(wanted.host, port)
         if problem is None:
             return wanted.host, port
-        if port == DEFAULT_PORTS[0] or not isinstance(problem, ConnectionRefusedError):
-            worst = problem
+        found.append(problem)
         if not isinstance(problem, ConnectionRefusedError):
             break  # the other ports would take as long
-    raise CellNotFound(nothing_there(wanted, error, worst))
+    certain = [it for it in found if isinstance(it, _Stated)]
+    raise CellNotFound(nothing_there(wanted, error, (*certain, *found)[0]))
 
 
 def _asked(uri: str) -> _Said:
@@ -168,6 +171,7 @@ def _first_answer(connection: socket.socket, host: str) -> Optional[OSError]:
         if not data or time.monotonic() > end_s:
             return ConnectionError(0, NOT_THE_CELL)
         count += len(data)
+        connection.settimeout(_OFFER_S)
         try:
             packets = reader.take(data)
             if packets:
@@ -181,7 +185,3 @@ def _refusal(packet: Packet) -> Optional[OSError]:
     if packet.kind != Kind.REFUSED:
         return None
     return _Stated(0, f'it refuses: {shown_in_line(packet.json().get("reason"))[:300]}')
-
-
-def _in_uri(host: str) -> str:
-    return f'[{host}]' if ':' in host else host

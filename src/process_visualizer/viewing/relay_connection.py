@@ -22,7 +22,7 @@ from typing import (
 )
 
 from process_visualizer.launching.ros_api import addresses_of
-from process_visualizer.remote.link_words import only_small_packets
+from process_visualizer.remote.link_words import another_cell, only_small_packets
 from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
 from process_visualizer.remote.packets import (
     GREETING,
@@ -84,7 +84,10 @@ _CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
 """Duration of an unanswered attempt, interval of attempts, pause after a connection [s]. Attempts
 overlap, so that one succeeds soon after the link is back."""
 _NO_ANSWER_S = 2.0
-_LOOK_S = 1.0
+_LOOK_S, _MAX_LOOK_S = 2.0, 16.0
+"""Pause before the first look for another address, and the longest one: they grow [s]."""
+_OFFER_S = 6.0
+"""Time from the greeting, or the connection, to the offer, which a busy cell makes slowly [s]."""
 _RECEIVED_BYTES = 128 << 10
 _MAX_SOURCES, _MAX_NAME = 10_000, 1000
 """Maximum number of publishers in a connection, and of characters in each of their names."""
@@ -130,6 +133,8 @@ class RelayConnection:
         another port; it raises CellNotFound.
         """
         self._address, self._listener, self._find = address, listener, find
+        self._first, self._refused = address, address
+        self._cell: Optional[str] = None
         self._closed = threading.Event()
         self._lock = threading.Lock()
         self._socket: Optional[socket.socket] = None
@@ -185,11 +190,15 @@ class RelayConnection:
 
     def _look(self) -> None:
         assert self._find is not None
-        while not self._closed.wait(_LOOK_S) and time.monotonic() - self._heard_s > _LOOK_S:
+        pause_s = _LOOK_S
+        while not self._closed.wait(pause_s) and time.monotonic() - self._heard_s > _LOOK_S:
+            pause_s = min(2.0 * pause_s, _MAX_LOOK_S)
             try:
-                self._address = self._find()
+                found = self._find()
             except CellNotFound:
                 continue  # the connection reports the problem itself
+            if found != self._refused:
+                self._address = found
 
     def _connected(self) -> socket.socket:
         """Return a connection: attempts begin one after another, and the first answered one counts.
@@ -244,7 +253,8 @@ class RelayConnection:
         stood_s, moves_since_s = 0.0, float('-inf')
         while not self._closed.is_set():
             now_s = time.monotonic()
-            if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
+            if now_s - heard_s > max(_DEAD_S if received > 0 else _OFFER_S,
+                                     8.0 * self.clock.answer_s):
                 raise OSError(only_small_packets(self._address[0]) if received == 0
                               else 'no answer')
             if now_s >= ping_s:
@@ -280,6 +290,17 @@ class RelayConnection:
         """Return the packet with the topics wanted now."""
         with self._lock:
             return json_packet(Kind.WANT, topics=list(self._wanted))
+
+    def check(self, offer: Offer) -> None:
+        """Take the cell of an offer; an address that was looked up has to be of the same cell.
+
+        Raises:
+            OSError: another cell of that computer was found.
+        """
+        if offer.cell != self._cell and self._cell is not None and self._address != self._first:
+            self._refused, self._address = self._address, self._first
+            raise OSError(another_cell(*self._refused))
+        self._cell = offer.cell
 
     def send_wanted(self) -> None:
         """Send the wanted topics again: newly offered ones are available only now."""
@@ -344,7 +365,9 @@ class _Talk:
         elif packet.kind == Kind.CHANNEL:
             self._add_source(packet)
         elif packet.kind == Kind.OFFER:
-            self._listener.on_offer(offer_of(packet.json()))
+            offer = offer_of(packet.json())
+            self._connection.check(offer)
+            self._listener.on_offer(offer)
         elif packet.kind == Kind.TOPICS:
             self._listener.on_topics(topics_of(packet.json()))
             self._connection.send_wanted()

@@ -8,8 +8,9 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Set, Tuple
+from typing import Callable, Collection, Dict, List, Optional, Set, Tuple
 
+import rosgraph
 import rospkg
 import rospy
 import yaml
@@ -180,6 +181,7 @@ _THIN_S = 20.0
 """Time without loss after which a link carries everything [s]; else the two would alternate."""
 _MAX_THINNED, _MAX_REASONS = 100, 20
 _STALE_AFTER_S, _ADVISE_AFTER_S = 1.0, 15.0
+_PLAYED = 'a recording, not live'
 """Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
 Say = Callable[[str], None]
@@ -214,6 +216,7 @@ class Viewer:
             partial(self._take_look, look)))
         self._board = AlarmBoard()
         self._frame = ''
+        self._models: Set[str] = set()  # the parameters that have been set
         self._lost_s: Optional[float] = None
         self._wanted: Tuple[str, ...] = ()
         self._awaited: Dict[str, str] = {}
@@ -283,25 +286,33 @@ class Viewer:
         self._put(partial(self._take_loss, reason, heard_s))
 
     def _take_offer(self, offer: Offer) -> None:
-        if self._lost_s is not None:
+        before, self._offer = self._offer, offer
+        if before is not None and self._lost_s is not None:
             self._say(f'connected again after {time.monotonic() - self._lost_s:.1f} s')
-        else:
-            self._say(f'connected: the cell is in {_printable(offer.mode) or "unknown"} mode')
+        if before is None or offer.mode != before.mode:
+            self._say(f'{"connected: " if before is None else ""}the cell is in '
+                      f'{_printable(offer.mode) or "unknown"} mode')
         self._lost_s = None
-        self._scene.tell('', self._frame or 'world')
-        if offer == self._offer:
+        if offer == before:
+            self._tell_mode(offer)
             return
-        first, self._offer = self._offer is None, offer
         differing = versions_differ(offer.version, _own_version())
         if differing:
             self._tell('version', differing)
-        if not first:
-            self._say('the cell shows something else now')
+        if before is not None:
+            self._say('another cell is there now' if offer.cell != before.cell else
+                      'the cell shows something else now')
         self._stop_rviz()
         try:
             self._start(offer)
         except (OSError, ValueError) as error:
             self._say(f'the view of the cell cannot be used: {error}')
+        self._tell_mode(offer)
+
+    def _tell_mode(self, offer: Offer) -> None:
+        """Show in the picture that a recording is played; nothing if the cell is live."""
+        self._scene.tell(_PLAYED if offer.mode == Mode.PLAYBACK.value else '',
+                         self._frame or 'world')
 
     def _start(self, offer: Offer) -> None:
         default = os.path.join(rospkg.RosPack().get_path(PACKAGE), 'rviz_config', 'default.rviz')
@@ -310,6 +321,7 @@ class Viewer:
         models = shown_models(offer.models, offer.meshes, self._folder)
         for uri in models.left_out:
             self._say(f'the cell does not send the mesh {_printable(uri)}: it is not shown')
+        self._forget_models(models.texts)
         Path(self._folder, VIEW_FILE).write_text(yaml.safe_dump(view, sort_keys=False),
                                                  encoding='utf-8')
         launch = LaunchTag('launch')
@@ -325,6 +337,15 @@ class Viewer:
         self._fetch(offer, models)
         if not models.wanted:
             self._launch()
+
+    def _forget_models(self, names: Collection[str]) -> None:
+        """Delete the parameters of models that are no longer among these."""
+        for name in self._models.difference(names):
+            try:
+                rospy.delete_param(name)
+            except (KeyError, rospy.ROSException, rosgraph.MasterException, OSError):
+                continue  # it is gone, or the master here is
+        self._models = set(names)
 
     def _fetch(self, offer: Offer, models: ShownModels) -> None:
         """Request meshes; RViz starts when all have arrived, as it reads each only once."""

@@ -38,3 +38,18 @@ def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str
     assert not dialog.is_watching
     assert dialog.button.text() == 'Watch'
     assert dialog.host.isEnabled()
+
+
+def test_a_window_that_closes_ends_what_it_watches(qtbot: QtBot, program: str) -> None:
+    """Otherwise the viewer is killed, and leaves its files; and its end meets deleted widgets."""
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    dialog = WatchDialog(parent, program)
+    dialog.host.setText('cell-pc')
+    dialog.button.click()
+    qtbot.waitUntil(lambda: 'color' in dialog.lines.toPlainText())
+    dialog.end()
+    assert not dialog.is_watching and not dialog.isVisible()
+    said = dialog.lines.toPlainText()
+    dialog._process.finished.emit(0)
+    assert dialog.lines.toPlainText() == said

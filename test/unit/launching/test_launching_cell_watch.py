@@ -76,8 +76,18 @@ class Cell:
 @pytest.fixture
 def cell() -> Cell:
     made = Cell()
-    assert made.let_pass(2.0) == CellLook()
+    assert made.let_pass(7.0) == CellLook()  # no node is starting any longer
     return made
+
+
+def test_nodes_that_are_starting_may_be_late() -> None:
+    cell = Cell()
+    cell.let_pass(1.0)
+    cell.answers_after_s = 1.5
+    cell.let_pass(2.0)
+    assert not cell.told
+    cell.hanging = {'/bag_recorder'}
+    assert cell.let_pass(3.5) == CellLook(frozenset(cell.hanging))
 
 
 @pytest.mark.parametrize('hanging', [{'/bag_recorder'}, {'/scene_watch', '/cell_frames'}, NODES])

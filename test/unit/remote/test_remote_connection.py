@@ -13,6 +13,7 @@ from surroundings import PATIENCE_S, wait_until
 from process_visualizer.nodes import view_relay
 from process_visualizer.nodes.view_relay import ViewRelay
 from process_visualizer.nodes.viewer_link import ViewerLink
+from process_visualizer.remote.offer import Offer
 from process_visualizer.remote.packets import (
     GREETING,
     Kind,
@@ -207,6 +208,36 @@ def test_who_connects_and_says_nothing_costs_no_work() -> None:
         relay._welcome(here, 'viewer')
         assert first_packet(there).kind == Kind.REFUSED, 'the view was read'
     relay._listener.close()
+
+
+def test_another_cell_of_the_computer_is_not_taken_for_the_one_that_was_watched(
+        server: socket.socket, losses: Losses, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(relay_connection, '_LOOK_S', 0.01)
+    offers: List[Offer] = []
+    losses.on_offer = offers.append  # type: ignore[attr-defined]
+
+    def offered(there: socket.socket, cell: str) -> None:
+        values = Offer('1', 'realtime', '', {}, {}, cell).values()
+        there.sendall(GREETING + json_packet(Kind.OFFER, **values))
+
+    with socket.create_server(('127.0.0.1', 0)) as other:
+        other.settimeout(PATIENCE_S)
+        connection = RelayConnection(server.getsockname(), cast(Listener, losses),
+                                     lambda: other.getsockname())
+        connection.start()
+        try:
+            with server.accept()[0] as there:
+                offered(there, 'pc:11311')
+                wait_until(lambda: bool(offers), 'the offer')
+            server.close()
+            with other.accept()[0] as there:
+                offered(there, 'pc:11312')
+                wait_until(lambda: any('another cell runs there, at port '
+                                       f'{other.getsockname()[1]}' in it[0]
+                                       for it in list(losses.told.queue)), 'the other cell')
+        finally:
+            connection.close()
+    assert [it.cell for it in offers] == ['pc:11311']
 
 
 def test_a_view_that_is_away_for_a_while_does_not_end_the_look_for_topics(

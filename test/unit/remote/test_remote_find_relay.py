@@ -118,3 +118,19 @@ def test_the_port_that_has_to_be_open_is_the_one_that_is_named(
     monkeypatch.setattr(module, 'MASTER_PORT', 1)  # closed
     with pytest.raises(CellNotFound, match='"sudo ufw allow 11411/tcp"'):
         find_relay(Address('127.0.0.1', None))
+
+
+def test_the_firewall_that_the_page_recommends_is_not_blamed_for_a_cell_that_does_not_run(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """It lets only the cell's port through, where nothing listens; it drops all others."""
+    def problem(_host: str, port: int) -> OSError:
+        return ConnectionRefusedError() if port == 11411 else socket.timeout('timed out')
+
+    def dropped(_uri: str) -> None:
+        raise socket.timeout('timed out')
+
+    monkeypatch.setattr(module, '_problem_at', problem)
+    monkeypatch.setattr(module, '_asked', dropped)
+    with pytest.raises(CellNotFound, match='port 11411 of 192.0.2.1 is closed') as raised:
+        find_relay(Address('192.0.2.1', None))
+    assert 'ufw' not in str(raised.value) and '11311' not in str(raised.value)

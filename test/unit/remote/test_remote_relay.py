@@ -72,6 +72,39 @@ def test_connections_that_say_nothing_do_not_become_many(tmp_path: Path) -> None
     relay.close()
 
 
+def test_a_relay_greets_at_once_and_makes_an_offer_once_for_all_that_wait(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a busy computer viewers gave up before each had an offer of its own, for minutes."""
+    view = tmp_path / 'cell.rviz'
+    view.write_text('Visualization Manager: {}', encoding='utf-8')
+    relay = ViewRelay('127.0.0.1', range(0, 1), str(view), '')
+    host, port = relay.address.split(':')
+    may_go_on, made = threading.Event(), []
+
+    def offer(_view: str) -> Any:
+        made.append(1)
+        may_go_on.wait(PATIENCE_S)
+        return OFFER, {}
+
+    monkeypatch.setattr(relay, '_offer', offer)
+    monkeypatch.setattr(relay, '_topics', dict)
+    relay.run()
+    with ExitStack() as stack:
+        viewers = []
+        for _ in range(4):
+            viewer = stack.enter_context(socket.create_connection((host, int(port))))
+            viewer.settimeout(PATIENCE_S)
+            viewer.sendall(GREETING)
+            assert viewer.recv(len(GREETING)) == GREETING
+            viewers.append(viewer)
+        viewers.pop().close()  # it gives up
+        may_go_on.set()
+        for viewer in viewers:
+            assert viewer.recv(1) == bytes([Kind.OFFER])
+    assert made == [1]
+    relay.close()
+
+
 def test_a_relay_that_ends_lets_nobody_in(tmp_path: Path) -> None:
     """Otherwise a viewer says that it is connected again, just before it is lost again."""
     relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
@@ -114,6 +147,7 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
     monkeypatch.setattr(viewer_link, 'MAX_BYTES', 10)
     monkeypatch.setattr(viewer_link, '_REPORT_PERIOD_S', 0.0)
     relay, viewer = both_ends
+    relay.sendall(GREETING)
     link = ViewerLink(relay, 'viewer', TopicFeed(), lambda _link: None)
     link.start(OFFER, {}, {})
     cloud = FeedChannel(1, '/cloud', 'a/B', '', '/camera', False)

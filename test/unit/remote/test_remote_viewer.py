@@ -13,7 +13,7 @@ from surroundings import PATIENCE_S, wait_until
 
 from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.launching.part_report import NodeReport
-from process_visualizer.remote.offer import OfferedTopic
+from process_visualizer.remote.offer import Offer, OfferedTopic
 from process_visualizer.remote.packets import Message
 from process_visualizer.viewing import viewer
 from process_visualizer.viewing.relay_connection import RelaySource
@@ -96,6 +96,29 @@ def test_an_rviz_that_was_killed_is_told_with_its_last_words(
     assert it.run() == 1
     it.close()
     assert said[-1] == 'RViz: killed by SIGKILL\n  no screen'
+
+
+def test_the_mode_is_said_whenever_it_changes(tmp_path: Path,
+                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    said, shown = [], []  # type: List[str], List[str]
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), said.append,
+                True)
+    monkeypatch.setattr(it, '_start', lambda _offer: None)
+    monkeypatch.setattr(it._scene, 'tell', lambda text, _frame: shown.append(text))
+    live = Offer(viewer._own_version(), 'realtime', 'a', {}, {}, 'pc:1')
+    it._take_loss('no answer', 1.0)  # before it was ever connected
+    it._take_offer(live)
+    assert said[1:] == ['connected: the cell is in realtime mode'] and shown[-1] == ''
+    it._take_loss('no answer', 1.0)
+    del said[:]
+    it._take_offer(live._replace(mode='playback', view='b'))
+    assert said.pop(0).startswith('connected again after')
+    assert said == ['the cell is in playback mode', 'the cell shows something else now']
+    assert shown[-1] == 'a recording, not live'
+    it._take_offer(live._replace(mode='playback', view='b'))
+    assert shown[-1] == 'a recording, not live'
+    it._take_offer(live._replace(cell='pc:2'))
+    assert said[-1] == 'another cell is there now' and shown[-1] == ''
 
 
 def test_what_a_cell_sends_waits_until_there_is_time(tmp_path: Path) -> None:

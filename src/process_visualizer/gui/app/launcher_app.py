@@ -557,6 +557,8 @@ class LauncherApp(QMainWindow):
             self._after_quit.ask_to_leave()  # if nothing runs, the window is closed at once
         if self._is_closed:
             self._serve.end()
+            for watching in self.findChildren(WatchDialog):
+                watching.end()
         event.setAccepted(self._is_closed)
 
     def leave(self) -> None:

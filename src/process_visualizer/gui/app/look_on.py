@@ -182,6 +182,7 @@ _EXPLANATION = ('The name or address of the computer on which the cell runs. Its
                 '"cell run --remote", or the launcher with remote:=true (see docs/remote.md).')
 _LOOKING, _ENDED = 'Looking for the cell on {}…', 'Watching has ended.'
 _MAX_LINES = 500
+_END_VIEW_MS = 10_000
 
 
 def _command(parent: QWidget, lines_name: str, read: Callable[[], None],
@@ -252,6 +253,15 @@ class WatchDialog(QDialog):
             self.hide()
         else:
             super().done(result)
+
+    def end(self) -> None:
+        """End the command, as the window is about to close; it needs some seconds to end RViz."""
+        if self.is_watching:
+            self.hide()
+            self._is_stopping = True
+            self._process.terminate()
+            self._process.waitForFinished(_END_VIEW_MS)
+        self._process.blockSignals(True)  # the widgets that follow it are about to go
 
     def _toggle(self) -> None:
         if self.is_watching:
