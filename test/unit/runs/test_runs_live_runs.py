@@ -214,3 +214,12 @@ def test_what_was_out_of_range_is_told_with_where_the_values_ended() -> None:
     assert run.verdict.startswith('out of range: arm tool force +')
     assert run.verdict.endswith(', no data from 0:04.00 on')
     assert finished_run(json.loads(json.dumps(run.settings()))) == run
+
+
+def test_robots_that_stand_where_the_reference_passes_by_are_in_no_run(
+        following: Following) -> None:
+    """While a simulator was restarted in mid run, they stood in the middle for five seconds."""
+    for _ in range(50):
+        following.pass_(0.1, 4.0, beyond=3.0)
+    following.pass_(3.0, None)
+    assert following.finished == []

@@ -347,8 +347,11 @@ def _short_verdict(found: Optional[Comparison]) -> str:
 
 def _summary(compared: Compared) -> str:
     departed = sum(bool(it is not None and it.departures) for it in compared.comparisons)
-    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs out of range. Range: '
-                        f'{band_text(compared.good.band)}.', *compared.good.notes]
+    in_part = sum(it is not None and not it.departures and it.is_judged_in_part
+                  for it in compared.comparisons)
+    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs out of range'
+                        + (f', {in_part} judged only in part' if in_part else '')
+                        + f'. Range: {band_text(compared.good.band)}.', *compared.good.notes]
     return '\n'.join(lines)
 
 

@@ -282,8 +282,8 @@ def obstacle(
 
 def repair(path: str) -> str:
     """Return advice for a file that the recorder has not finished."""
-    return (f'What it wrote is in {active(path)}; Recover (or "rosrun process_visualizer cell '
-            f'reindex {active(path)}") makes a bag of it')
+    return (f'What it wrote is in {active(path)}; Recover on the tab Recording (or "rosrun '
+            f'process_visualizer cell reindex {active(path)}") makes a bag of it')
 
 
 def active(path: str) -> str:

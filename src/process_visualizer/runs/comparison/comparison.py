@@ -14,6 +14,9 @@ from process_visualizer.runs.deviation.departures import Departure, Nearness, ne
 from process_visualizer.runs.deviation.signals import RATE_HZ, Columns
 from process_visualizer.runs.run import Run
 
+_MAX_UNJUDGED_SHARE = 0.25
+"""Maximum share of a run without data in which a fault would hardly be hidden."""
+
 
 class Comparison(NamedTuple):
     """The result for a run: its signals on the reference's clock, and where they left a band.
@@ -44,6 +47,11 @@ class Comparison(NamedTuple):
                 total_s += max(it.end_s - max(it.begin_s, until_s), 0.0)
                 until_s = max(until_s, it.end_s)
         return total_s
+
+    @property
+    def is_judged_in_part(self) -> bool:
+        """Return whether so much was not judged that "in range" would say too much."""
+        return self.unjudged_s > _MAX_UNJUDGED_SHARE * self.run.duration_s
 
     @property
     def nearest(self) -> Optional[Nearness]:

@@ -397,6 +397,8 @@ _UNJUDGED_S, _UNJUDGED_SHARE = 0.5, 0.05
 """Time without values that a verdict need not mention [s], and as a share of the run."""
 _SAME_RUN_S = 2.0
 """Maximum difference between the times that passed in a run and in its reference [s]."""
+_MOVED_S = 0.5
+"""Minimum part of the reference that a run passes that was not seen from its beginning [s]."""
 _OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
 """Parts of the reference that may be missing at the beginning and end of a whole run [s]."""
 
@@ -591,6 +593,8 @@ class LiveRuns:
         self._run, self._departed, self._is_judged = None, {}, False
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
+        if run.seen_from_s > _OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
+            return None  # robots that stand where the reference passes by
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S or lost is not None
         return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,

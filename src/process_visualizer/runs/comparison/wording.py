@@ -163,6 +163,16 @@ def _with_minus(number: str) -> str:
 _MAX_FOLLOWERS = 2
 
 
+def _without_departures(comparison: Comparison) -> str:
+    if not comparison.has_gaps:
+        return 'in range'
+    unjudged_s = max(comparison.unjudged_s, 0.1)
+    if comparison.is_judged_in_part:
+        return (f'{unjudged_s:.1f} of {comparison.run.duration_s:.1f} s not judged (no data); '
+                'the rest is in range')
+    return f'in range, {unjudged_s:.1f} s not judged (no data)'
+
+
 def verdict(comparison: Comparison) -> str:
     """Return whether a run left the band, when and with which signal first, and what followed.
 
@@ -172,8 +182,7 @@ def verdict(comparison: Comparison) -> str:
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
     if not found:
-        return 'in range' if not comparison.has_gaps else \
-            f'in range, no data in places ({max(comparison.unjudged_s, 0.1):.1f} s not judged)'
+        return _without_departures(comparison)
     first = found[0]
     since = _between(comparison, first) if _is_between(first) \
         else f'at {moment(comparison, first.onset_s)}'

@@ -182,6 +182,9 @@ _SOONER_ROWS = int(ROUGH_S * RATE_HZ)
 
 Lower roughness there is not a fault: a run that lost time has less on the reference's clock.
 """
+_SMOOTHER = 0.15
+"""Further margin below the roughness of good runs (a logarithm): a value that is a little smoother
+than usual is hardly a fault, while one that stands still is much smoother."""
 _TIMES_FARTHEST = 3.0
 """Maximum margin, as a multiple of the distance of the farthest good run from the others."""
 
@@ -439,6 +442,8 @@ class LearnedSignal:
             margin = np.maximum(margin, np.minimum(limit * spread, _TIMES_FARTHEST * farthest))
         if self.signal.max_tolerance is not None:
             margin = np.minimum(margin, self.signal.max_tolerance)
+        if self.signal.kind is SignalKind.NOISE:
+            low = low - _SMOOTHER
         return SignalBand(0.5 * (low + high), 0.5 * (high - low) + margin, common(values))
 
     @property
