@@ -113,7 +113,10 @@ class Watch:
 
 @pytest.fixture
 def watch() -> Watch:
-    return Watch()
+    made = Watch()
+    made.wait(6.0)  # no node is starting any longer
+    made.node.sent('~marker_array').clear()
+    return made
 
 
 def test_of_those_that_answer_nothing_is_said_but_something_is_published(watch: Watch) -> None:
@@ -258,7 +261,7 @@ def test_one_that_was_killed_before_the_watch_began_is_missed(watch: Watch) -> N
 
 def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -> None:
     watch.processes.running.add('/cell_frames')
-    watch.wait(NOTICED_S)
+    watch.wait(7.0)
     watch.processes.hanging.update(('/cell_frames', PROCESSOR))
     watch.wait(2.0)
     assert watch.words('the cell') == (
