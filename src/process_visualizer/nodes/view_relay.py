@@ -29,7 +29,7 @@ from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster,
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.link_words import (
-    hidden_by_name,
+    hidden_from_others,
     how_to_watch,
     is_loopback,
     listening_address,
@@ -350,9 +350,9 @@ def main() -> None:
         spin_to_end()
     rospy.set_param('~address', relay.address)
     rospy.loginfo('"cell view" can connect to %s', relay.address)
-    named = hidden_by_name(os.environ)
-    if named and not options.remote:
-        rospy.logwarn('%s', named)
+    hidden = hidden_from_others(os.environ)
+    if hidden and not options.remote:
+        rospy.logwarn('%s', hidden)
     if not is_loopback(address):
         print(how_to_watch(relay.address), file=sys.stderr, flush=True)  # "cell run" shows it
     relay.run()

@@ -107,8 +107,8 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
     return None
 
 
-def hidden_by_name(environment: Mapping[str, str]) -> Optional[str]:
-    """Return a message if ROS_HOSTNAME is a name for the loopback address here, else None."""
+def hidden_from_others(environment: Mapping[str, str]) -> Optional[str]:
+    """Return a message if ROS_IP or ROS_HOSTNAME leads to the loopback interface, else None."""
     address = environment.get('ROS_IP', '').strip()
     name = environment.get('ROS_HOSTNAME', '').strip()
     if address:

@@ -57,6 +57,11 @@ class Offer(NamedTuple):
                 'meshes': {uri: list(mesh) for uri, mesh in self.meshes.items()}}
 
 
+def are_different(cell: str, other: str) -> bool:
+    """Return whether two offers (their ``cell``) are known to be of different cells."""
+    return bool(cell and other) and cell != other
+
+
 def offer_of(values: Mapping[str, Any]) -> Offer:
     """Return the offer in a JSON object.
 

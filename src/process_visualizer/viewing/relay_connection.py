@@ -23,7 +23,14 @@ from typing import (
 
 from process_visualizer.launching.ros_api import addresses_of
 from process_visualizer.remote.link_words import another_cell, only_small_packets
-from process_visualizer.remote.offer import MAX_MESH_BYTES, Offer, OfferedTopic, offer_of, topics_of
+from process_visualizer.remote.offer import (
+    MAX_MESH_BYTES,
+    Offer,
+    OfferedTopic,
+    are_different,
+    offer_of,
+    topics_of,
+)
 from process_visualizer.remote.packets import (
     GREETING,
     Kind,
@@ -133,8 +140,8 @@ class RelayConnection:
         another port; it raises CellNotFound.
         """
         self._address, self._listener, self._find = address, listener, find
-        self._first, self._refused = address, address
-        self._cell: Optional[str] = None
+        self._first = address
+        self._cell = ''
         self._closed = threading.Event()
         self._lock = threading.Lock()
         self._socket: Optional[socket.socket] = None
@@ -194,11 +201,9 @@ class RelayConnection:
         while not self._closed.wait(pause_s) and time.monotonic() - self._heard_s > _LOOK_S:
             pause_s = min(2.0 * pause_s, _MAX_LOOK_S)
             try:
-                found = self._find()
+                self._address = self._find()
             except CellNotFound:
                 continue  # the connection reports the problem itself
-            if found != self._refused:
-                self._address = found
 
     def _connected(self) -> socket.socket:
         """Return a connection: attempts begin one after another, and the first answered one counts.
@@ -297,9 +302,9 @@ class RelayConnection:
         Raises:
             OSError: another cell of that computer was found.
         """
-        if offer.cell != self._cell and self._cell is not None and self._address != self._first:
-            self._refused, self._address = self._address, self._first
-            raise OSError(another_cell(*self._refused))
+        if are_different(offer.cell, self._cell) and self._address != self._first:
+            found, self._address = self._address, self._first
+            raise OSError(another_cell(*found))
         self._cell = offer.cell
 
     def send_wanted(self) -> None:

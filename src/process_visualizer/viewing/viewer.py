@@ -41,7 +41,7 @@ from process_visualizer.remote.link_words import (
     types_differ,
     versions_differ,
 )
-from process_visualizer.remote.offer import Offer, OfferedTopic, digest_of
+from process_visualizer.remote.offer import Offer, OfferedTopic, are_different, digest_of
 from process_visualizer.remote.packets import Message
 from process_visualizer.remote.shown_view import (
     LINK_TOPIC,
@@ -293,26 +293,20 @@ class Viewer:
             self._say(f'{"connected: " if before is None else ""}the cell is in '
                       f'{_printable(offer.mode) or "unknown"} mode')
         self._lost_s = None
+        self._scene.tell('', self._frame or 'world')
         if offer == before:
-            self._tell_mode(offer)
             return
         differing = versions_differ(offer.version, _own_version())
         if differing:
             self._tell('version', differing)
         if before is not None:
-            self._say('another cell is there now' if offer.cell != before.cell else
+            self._say('another cell is there now' if are_different(offer.cell, before.cell) else
                       'the cell shows something else now')
         self._stop_rviz()
         try:
             self._start(offer)
         except (OSError, ValueError) as error:
             self._say(f'the view of the cell cannot be used: {error}')
-        self._tell_mode(offer)
-
-    def _tell_mode(self, offer: Offer) -> None:
-        """Show in the picture that a recording is played; nothing if the cell is live."""
-        self._scene.tell(_PLAYED if offer.mode == Mode.PLAYBACK.value else '',
-                         self._frame or 'world')
 
     def _start(self, offer: Offer) -> None:
         default = os.path.join(rospkg.RosPack().get_path(PACKAGE), 'rviz_config', 'default.rviz')
@@ -430,6 +424,8 @@ class Viewer:
             self._scene.tell(no_connection(self._name, lost_for_s), self._frame)
         elif self._lost_s is None:
             self._losses.clear()
+            if self._offer is not None and self._offer.mode == Mode.PLAYBACK.value:
+                self._scene.tell(_PLAYED, self._frame)  # again and again: RViz may start later
         if self._connection.clock.is_known:
             sentence = clocks_apart(self._connection.clock.ahead_s)
             if sentence and 'clock' not in self._said:

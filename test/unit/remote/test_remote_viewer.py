@@ -114,10 +114,12 @@ def test_the_mode_is_said_whenever_it_changes(tmp_path: Path,
     it._take_offer(live._replace(mode='playback', view='b'))
     assert said.pop(0).startswith('connected again after')
     assert said == ['the cell is in playback mode', 'the cell shows something else now']
-    assert shown[-1] == 'a recording, not live'
-    it._take_offer(live._replace(mode='playback', view='b'))
-    assert shown[-1] == 'a recording, not live'
+    for _ in range(2):  # RViz may not have started the first time
+        del shown[:]
+        it._step()
+        assert shown == ['a recording, not live']
     it._take_offer(live._replace(cell='pc:2'))
+    it._step()
     assert said[-1] == 'another cell is there now' and shown[-1] == ''
 
 

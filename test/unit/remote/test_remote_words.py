@@ -13,7 +13,7 @@ from process_visualizer.remote.link_words import (
     Address,
     address_of,
     clocks_apart,
-    hidden_by_name,
+    hidden_from_others,
     how_to_watch,
     is_here,
     listening_address,
@@ -130,11 +130,11 @@ def test_a_host_name_that_leads_to_the_loopback_interface_hides_the_cell(
         monkeypatch: pytest.MonkeyPatch) -> None:
     """Debian's own /etc/hosts has such a line."""
     monkeypatch.setattr(link_words, 'is_loopback', lambda host: host in ('cell-pc', '127.0.0.1'))
-    assert 'ROS_HOSTNAME is cell-pc' in str(hidden_by_name({'ROS_HOSTNAME': 'cell-pc'}))
-    assert 'ROS_IP is 127.0.0.1' in str(hidden_by_name({'ROS_IP': '127.0.0.1'}))
+    assert 'ROS_HOSTNAME is cell-pc' in str(hidden_from_others({'ROS_HOSTNAME': 'cell-pc'}))
+    assert 'ROS_IP is 127.0.0.1' in str(hidden_from_others({'ROS_IP': '127.0.0.1'}))
     for good in ({}, {'ROS_HOSTNAME': 'robot'}, {'ROS_HOSTNAME': 'localhost'},
                  {'ROS_HOSTNAME': 'cell-pc', 'ROS_IP': '10.0.0.5'}):
-        assert hidden_by_name(good) is None
+        assert hidden_from_others(good) is None
 
 
 def test_how_others_watch() -> None:
