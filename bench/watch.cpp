@@ -498,7 +498,7 @@ class Watch {
   /// Edges in the order of a box, and those of what is in view of a thing along them.
   void scoreSize(double time, const Thing& thing, const TrackedObject& it,
                  const std::map<int, Cluster>& pixels) {
-    if (!thing.stands || it.object.isCut()) return;
+    if (!thing.stands || it.object.isTruncated()) return;
     const UprightBox& box = it.object.box;
     Vector3f size = box.size, expected = thing.solids[0].size, in_view = Vector3f::Zero();
     if (pixels.count(thing.number) > 0) {

@@ -5,9 +5,11 @@ find_package(PCL REQUIRED COMPONENTS common kdtree)
 
 # Only message classes, PCL and Eigen: no node, no master.
 set(objects_sources
+  src/objects/assignment.cpp
   src/objects/clusters.cpp
   src/objects/distance_field.cpp
   src/objects/known_bodies.cpp
+  src/objects/motion.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp

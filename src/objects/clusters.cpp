@@ -19,48 +19,48 @@ using Eigen::Vector3f;
 constexpr std::int64_t kBits = 21, kHalf = std::int64_t{1} << (kBits - 1);
 constexpr std::int64_t kAlongY = std::int64_t{1} << kBits, kAlongZ = kAlongY << kBits;
 
-/// The number of a cube: its place along z, y, x. Cubes too far from the origin share the last one.
-std::int64_t cubeOf(const Vector3f& point, float cube) {
+/// Number of a voxel, by z, y, x. Voxels too far from the origin share the last one.
+std::int64_t voxelOf(const Vector3f& point, float voxel) {
   const auto along = [&](int axis) {
-    const double place = std::floor(static_cast<double>(point[axis]) / cube);
+    const double place = std::floor(static_cast<double>(point[axis]) / voxel);
     const auto limit = static_cast<double>(kHalf - 2);
     return static_cast<std::int64_t>(std::clamp(place, -limit, limit)) + kHalf;
   };
   return along(2) * kAlongZ + along(1) * kAlongY + along(0);
 }
 
-/// Points sorted by their cubes.
+/// Points sorted by their voxels.
 struct Sorted {
-  std::vector<std::pair<std::int64_t, std::uint32_t>> points;  ///< cube, index of the point
-  std::vector<std::int64_t> cubes;                             ///< rising
-  std::vector<std::uint32_t> begins;  ///< where the points of each cube begin, and the end
+  std::vector<std::pair<std::int64_t, std::uint32_t>> points;  ///< voxel, index of the point
+  std::vector<std::int64_t> voxels;                            ///< ascending
+  std::vector<std::uint32_t> begins;  ///< index of each voxel's first point, and the end
 };
 
-Sorted sorted(const std::vector<Vector3f>& points, float cube) {
+Sorted sorted(const std::vector<Vector3f>& points, float voxel) {
   Sorted result;
   result.points.reserve(points.size());
   for (std::uint32_t index = 0; index < points.size(); ++index)
-    result.points.emplace_back(cubeOf(points[index], cube), index);
+    result.points.emplace_back(voxelOf(points[index], voxel), index);
   std::sort(result.points.begin(), result.points.end());
   for (std::uint32_t place = 0; place < result.points.size(); ++place) {
-    if (!result.cubes.empty() && result.cubes.back() == result.points[place].first) continue;
-    result.cubes.push_back(result.points[place].first);
+    if (!result.voxels.empty() && result.voxels.back() == result.points[place].first) continue;
+    result.voxels.push_back(result.points[place].first);
     result.begins.push_back(place);
   }
   result.begins.push_back(static_cast<std::uint32_t>(result.points.size()));
   return result;
 }
 
-/// Joins cubes that touch. The three neighbors along x follow each other in the order of cubes.
-DisjointSets joined(const std::vector<std::int64_t>& cubes) {
-  DisjointSets sets(cubes.size());
-  for (std::uint32_t number = 0; number < cubes.size(); ++number) {
+/// Joins voxels that touch. The three neighbors along x follow each other in the order of voxels.
+DisjointSets joined(const std::vector<std::int64_t>& voxels) {
+  DisjointSets sets(voxels.size());
+  for (std::uint32_t number = 0; number < voxels.size(); ++number) {
     for (const std::int64_t row :
          {std::int64_t{0}, kAlongY, kAlongZ - kAlongY, kAlongZ, kAlongZ + kAlongY}) {
-      const std::int64_t middle = cubes[number] + row;
-      const auto begin = std::lower_bound(cubes.begin(), cubes.end(), middle - 1);
-      for (auto it = begin; it != cubes.end() && *it <= middle + 1; ++it)
-        sets.join(number, static_cast<std::uint32_t>(it - cubes.begin()));
+      const std::int64_t middle = voxels[number] + row;
+      const auto begin = std::lower_bound(voxels.begin(), voxels.end(), middle - 1);
+      for (auto it = begin; it != voxels.end() && *it <= middle + 1; ++it)
+        sets.join(number, static_cast<std::uint32_t>(it - voxels.begin()));
     }
   }
   return sets;
@@ -68,26 +68,26 @@ DisjointSets joined(const std::vector<std::int64_t>& cubes) {
 
 }  // namespace
 
-std::vector<Indices> clustersOf(const std::vector<Vector3f>& points, float cube,
-                                std::size_t fewest) {
-  const Sorted order = sorted(points, cube);
-  DisjointSets sets = joined(order.cubes);
-  std::vector<Indices> by_first(order.cubes.size());
-  for (std::uint32_t number = 0; number < order.cubes.size(); ++number) {
+std::vector<Indices> clustersOf(const std::vector<Vector3f>& points, float voxel,
+                                std::size_t min_points) {
+  const Sorted order = sorted(points, voxel);
+  DisjointSets sets = joined(order.voxels);
+  std::vector<Indices> by_first(order.voxels.size());
+  for (std::uint32_t number = 0; number < order.voxels.size(); ++number) {
     Indices& cluster = by_first[sets.first(number)];
     for (std::uint32_t place = order.begins[number]; place < order.begins[number + 1]; ++place)
       cluster.push_back(order.points[place].second);
   }
   const auto end = std::remove_if(by_first.begin(), by_first.end(),
-                                  [&](const Indices& it) { return it.size() < fewest; });
+                                  [&](const Indices& it) { return it.size() < min_points; });
   by_first.erase(end, by_first.end());
   return by_first;
 }
 
-std::vector<Vector3f> thinned(const Cluster& points, float cube) {
-  const Sorted order = sorted(points, cube);
+std::vector<Vector3f> thinned(const Cluster& points, float voxel) {
+  const Sorted order = sorted(points, voxel);
   std::vector<Vector3f> means;
-  for (std::size_t number = 0; number < order.cubes.size(); ++number) {
+  for (std::size_t number = 0; number < order.voxels.size(); ++number) {
     Vector3f sum = Vector3f::Zero();
     for (std::uint32_t place = order.begins[number]; place < order.begins[number + 1]; ++place)
       sum += points[order.points[place].second];
@@ -96,26 +96,26 @@ std::vector<Vector3f> thinned(const Cluster& points, float cube) {
   return means;
 }
 
-// Boxes around them.
+// Boxes around clusters.
 
 namespace {
 
-constexpr float kColumn = 0.03F;            // m: heights are measured in columns of this width
-constexpr float kLayer = 0.03F;             // m: so much below its top counts in a column,
-constexpr float kNoiseLayer = 5;            // and so many standard deviations of the noise
-constexpr std::size_t kFewestInColumn = 8;  // points
-constexpr float kStrayShare = 500;          // one of so many points may lie beside the object
-constexpr float kAlmost = 1.2F;             // of an area: not clearly larger
-constexpr std::size_t kSome = 500;          // points
-constexpr float kSharp = 0.004F;            // m: noise of which makes nothing larger
-constexpr float kNoiseReach = 3;            // standard deviations: so far out it may be seen
-constexpr float kFewestInBin = 8;           // points, on average
-constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
-constexpr float kSideSeen = 0.04F;  // m: so much of an upright side, seen from above, is not missed
+constexpr float kColumnWidth = 0.03F;     // m: heights are measured in columns
+constexpr float kTopLayer = 0.03F;        // m: the part of a column that counts for its height
+constexpr float kTopLayerDeviations = 5;  // standard deviations: the same with a noisy sensor
+constexpr std::size_t kMinColumnPoints = 8;
+constexpr float kPointsPerStray = 500;      // one point of so many may be a stray
+constexpr float kAreaTolerance = 1.2F;      // times the smallest area
+constexpr std::size_t kYawSample = 500;     // points
+constexpr float kNegligibleNoise = 0.004F;  // m
+constexpr float kNoiseReach = 3;            // standard deviations: noise points lie no farther out
+constexpr float kMinBinPoints = 8;          // on average
+constexpr float kMaxHover = 0.03F;          // m: an object on a surface may seem to hover
+constexpr float kMinVisibleSide = 0.04F;    // m: of an upright side, seen from above
 
 float cross(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// The convex hull, counter-clockwise (monotone chain).
+/// Convex hull, counter-clockwise (monotone chain).
 std::vector<Vector2f> hullOf(std::vector<Vector2f> points) {
   std::sort(points.begin(), points.end(), [](const Vector2f& a, const Vector2f& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
@@ -135,15 +135,15 @@ std::vector<Vector2f> hullOf(std::vector<Vector2f> points) {
   return hull.empty() ? std::vector<Vector2f>{points.front()} : hull;
 }
 
-/// The area of the rectangle around a hull whose first edge has this direction.
+/// Area of the rectangle around a hull whose first edge has this direction.
 float areaAround(const std::vector<Vector2f>& hull, float yaw) {
   Eigen::AlignedBox2f box;
   for (const Vector2f& point : hull) box.extend(Eigen::Rotation2Df(-yaw) * point);
   return box.sizes().prod();
 }
 
-/// The mean distance of points from the nearest side of the rectangle around them.
-float awayFromSides(const std::vector<Vector2f>& points, float yaw) {
+/// Mean distance of points from the nearest side of the rectangle around them.
+float distanceFromSides(const std::vector<Vector2f>& points, float yaw) {
   const Eigen::Rotation2Df turned(-yaw);
   Eigen::AlignedBox2f box;
   for (const Vector2f& point : points) box.extend(turned * point);
@@ -155,9 +155,10 @@ float awayFromSides(const std::vector<Vector2f>& points, float yaw) {
   return sum / static_cast<float>(points.size());
 }
 
-/// The yaw of the smallest rectangle, one side of which lies on an edge of the hull (Freeman and
-/// Shapira 1975). Of two upright sides that are seen over a corner, the rectangle across the corner
-/// is as small as the right one: of almost equal ones, that near whose sides the points are counts.
+/// Yaw of the smallest rectangle, one side of which lies on an edge of the hull (Freeman and
+/// Shapira 1975). If two upright sides are seen at a corner, the rectangle across the corner is as
+/// small as the right one. So among rectangles of almost equal size, the one whose sides are
+/// nearest to the points is taken.
 float yawOfSmallest(const std::vector<Vector2f>& points) {
   const std::vector<Vector2f> hull = hullOf(points);
   std::vector<std::pair<float, float>> by_area;
@@ -166,36 +167,38 @@ float yawOfSmallest(const std::vector<Vector2f>& points) {
     const float yaw = std::atan2(edge.y(), edge.x());
     by_area.emplace_back(areaAround(hull, yaw), yaw);
   }
-  std::vector<Vector2f> some;
-  for (std::size_t index = 0; index < points.size(); index += points.size() / kSome + 1)
-    some.push_back(points[index]);
-  const float largest = kAlmost * std::min_element(by_area.begin(), by_area.end())->first;
-  float best_yaw = 0, least = std::numeric_limits<float>::infinity();
+  std::vector<Vector2f> sample;
+  for (std::size_t index = 0; index < points.size(); index += points.size() / kYawSample + 1)
+    sample.push_back(points[index]);
+  const float max_area = kAreaTolerance * std::min_element(by_area.begin(), by_area.end())->first;
+  float best_yaw = 0, min_away = std::numeric_limits<float>::infinity();
   for (const auto& [area, yaw] : by_area) {
-    const float away = area <= largest ? awayFromSides(some, yaw) : least;
-    if (away >= least) continue;
-    least = away;
+    const float away = area <= max_area ? distanceFromSides(sample, yaw) : min_away;
+    if (away >= min_away) continue;
+    min_away = away;
     best_yaw = yaw;
   }
   return best_yaw;
 }
 
-/// Least and greatest value without the few strays at both ends.
+/// Minimum and maximum, without a few stray values at either end.
 std::pair<float, float> rangeOf(std::vector<float> values) {
-  const auto strays = static_cast<std::ptrdiff_t>(static_cast<float>(values.size()) / kStrayShare);
+  const auto strays =
+      static_cast<std::ptrdiff_t>(static_cast<float>(values.size()) / kPointsPerStray);
   std::nth_element(values.begin(), values.begin() + strays, values.end());
-  const float least = values[strays];
+  const float min = values[strays];
   std::nth_element(values.begin(), values.end() - 1 - strays, values.end());
-  return {least, values[values.size() - 1 - strays]};
+  return {min, values[values.size() - 1 - strays]};
 }
 
-/// Where values begin whose noise has a standard deviation: where they become half as dense as a
-/// little farther in. Of a side that has the same place for all, that is outside by as much.
-/// \param values  rising
-float sharpBegin(const std::vector<float>& values, float deviation) {
+/// Estimate of the true minimum of noisy values: the value at which they become half as dense as a
+/// little farther in. If many values are those of one side, it is too low by one deviation.
+/// \param values  ascending
+/// \param deviation  standard deviation of their noise
+float denoisedMin(const std::vector<float>& values, float deviation) {
   const float length = values.back() - values.front();
   const float bin =
-      std::max(deviation / 2, length * kFewestInBin / static_cast<float>(values.size()));
+      std::max(deviation / 2, length * kMinBinPoints / static_cast<float>(values.size()));
   const auto reach = static_cast<std::size_t>(std::ceil(kNoiseReach * deviation / bin)) + 1;
   const auto last = static_cast<std::size_t>(length / bin);
   std::vector<float> density(last + 1, 0);
@@ -214,22 +217,21 @@ float sharpBegin(const std::vector<float>& values, float deviation) {
   return values.front() + static_cast<float>(reach) * bin;
 }
 
-/// Least and greatest value of places along an axis.
-/// \param deviation  of the noise along it, m: where it is large, the ends of the values are those
-/// of the noise
+/// Minimum and maximum of places along an axis.
+/// \param deviation  standard deviation of the noise along it, m; if large, it widens the range
 std::pair<float, float> endsOf(std::vector<float> values, float deviation) {
-  const auto [least, most] = rangeOf(values);
-  if (deviation < kSharp || most - least < deviation) return {least, most};
+  const auto [min, max] = rangeOf(values);
+  if (deviation < kNegligibleNoise || max - min < deviation) return {min, max};
   std::sort(values.begin(), values.end());
-  const float begin = std::max(least, sharpBegin(values, deviation));
+  const float begin = std::max(min, denoisedMin(values, deviation));
   std::reverse(values.begin(), values.end());
   for (float& value : values) value = -value;
-  const float end = std::min(most, -sharpBegin(values, deviation));
-  return begin < end ? std::pair(begin, end) : std::pair(least, most);
+  const float end = std::min(max, -denoisedMin(values, deviation));
+  return begin < end ? std::pair(begin, end) : std::pair(min, max);
 }
 
-/// The height of a column: the mean of what is near its top, where the sensor's noise is small. Of
-/// an upright face, whose points are as dense everywhere, that mean lies half of the layer below.
+/// Height of a column: the mean of the points near its top, which averages out the sensor's noise.
+/// On an upright face, where points are equally dense, that mean is half a layer too low.
 float heightOf(const std::vector<float>& column, float layer) {
   const float top = *std::max_element(column.begin(), column.end()),
               bottom = *std::min_element(column.begin(), column.end());
@@ -246,16 +248,16 @@ float heightOf(const std::vector<float>& column, float layer) {
   return is_face ? std::min(top, mean + layer / 3) : mean;
 }
 
-/// The mean height of the highest columns: that of a single one may be noise, or that of a side.
+/// Mean height of the highest columns; a single one may be noise, or show an upright side.
 float topOf(const Cluster& points, float fallback, float layer) {
   std::map<std::pair<int, int>, std::vector<float>> columns;
   for (const Vector3f& point : points)
-    columns[{static_cast<int>(std::floor(point.x() / kColumn)),
-             static_cast<int>(std::floor(point.y() / kColumn))}]
+    columns[{static_cast<int>(std::floor(point.x() / kColumnWidth)),
+             static_cast<int>(std::floor(point.y() / kColumnWidth))}]
         .push_back(point.z());
   std::vector<float> heights;
   for (const auto& [place, column] : columns)
-    if (column.size() >= kFewestInColumn) heights.push_back(heightOf(column, layer));
+    if (column.size() >= kMinColumnPoints) heights.push_back(heightOf(column, layer));
   if (heights.empty()) return fallback;
   const float highest = *std::max_element(heights.begin(), heights.end());
   const auto others = std::partition(heights.begin(), heights.end(),
@@ -264,7 +266,7 @@ float topOf(const Cluster& points, float fallback, float layer) {
          static_cast<float>(others - heights.begin());
 }
 
-/// Whether a sensor would see more of an object's side if it reached down to the surface.
+/// Returns whether a sensor would see more of an object's side if it reached down to the surface.
 bool wouldSeeSide(const UprightBox& box, float surface, const Vector3f& sensor) {
   const float sensor_height = sensor.z() - surface, top = box.center.z() + box.size.z() / 2;
   if (sensor_height <= top - surface) return true;
@@ -272,7 +274,7 @@ bool wouldSeeSide(const UprightBox& box, float surface, const Vector3f& sensor) 
   const Vector2f from_center =
       Eigen::Rotation2Df(-box.yaw) * Vector2f(sensor.head<2>() - box.center.head<2>());
   const Vector2f beside = (from_center.cwiseAbs() - box.size.head<2>() / 2).cwiseMax(0);
-  return missing * beside.norm() / sensor_height > kSideSeen;
+  return missing * beside.norm() / sensor_height > kMinVisibleSide;
 }
 
 }  // namespace
@@ -311,7 +313,7 @@ UprightBox boxAround(const Cluster& points, const Vector3f& blur) {
   const Eigen::AlignedBox2f range = footprint(points, box.yaw, blur.head<2>());
   const float deviation = std::abs(blur.z());
   auto [bottom, top] = endsOf(std::move(heights), deviation);
-  top = std::max(bottom, topOf(points, top, std::max(kLayer, kNoiseLayer * deviation)));
+  top = std::max(bottom, topOf(points, top, std::max(kTopLayer, kTopLayerDeviations * deviation)));
   const Vector2f center = Eigen::Rotation2Df(box.yaw) * range.center();
   box.center = {center.x(), center.y(), (bottom + top) / 2};
   box.size = {range.sizes().x(), range.sizes().y(), top - bottom};
@@ -321,7 +323,7 @@ UprightBox boxAround(const Cluster& points, const Vector3f& blur) {
 UprightBox standing(const UprightBox& seen, float surface, float tolerance,
                     const Vector3f& sensor) {
   const float bottom = seen.center.z() - seen.size.z() / 2;
-  if (bottom - surface > tolerance + kHover && wouldSeeSide(seen, surface, sensor)) return seen;
+  if (bottom - surface > tolerance + kMaxHover && wouldSeeSide(seen, surface, sensor)) return seen;
   const float top = bottom + seen.size.z();
   UprightBox box = seen;
   box.center.z() = (surface + top) / 2;

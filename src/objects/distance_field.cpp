@@ -17,12 +17,12 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-constexpr float kFinestStep = 0.008F;   // m
-constexpr double kMostNodes = 600'000;  // 2.4 MB for each body
+constexpr float kMinStep = 0.008F;     // m
+constexpr double kMaxNodes = 600'000;  // 2.4 MB for each body
 
 float stepFor(const Vector3f& size) {
   const double volume = size.cast<double>().prod();
-  return std::max(kFinestStep, static_cast<float>(std::cbrt(volume / kMostNodes)));
+  return std::max(kMinStep, static_cast<float>(std::cbrt(volume / kMaxNodes)));
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ std::size_t DistanceField::indexOf(const Node& node) const {
   return (static_cast<std::size_t>(node.z()) * count_.y() + node.y()) * count_.x() + node.x();
 }
 
-/// Lets the nodes near a triangle know how far it is.
+/// Updates the distances of the nodes near a triangle.
 void DistanceField::measure(const cloud::Triangle& triangle) {
   const Eigen::AlignedBox3f box = cloud::boundsOf(cloud::Surface{triangle});
   const Vector3f middle = box.center();
@@ -57,9 +57,9 @@ void DistanceField::measure(const cloud::Triangle& triangle) {
       for (int x = first.x(); x <= last.x(); ++x) {
         const Vector3f place = bounds_.min() + step_ * Vector3f(x, y, z);
         float& distance = distances_[indexOf({x, y, z})];
-        const float farthest = distance + radius;
-        if ((place - middle).squaredNorm() >= farthest * farthest)
-          continue;  // no nearer than others
+        const float reach = distance + radius;
+        if ((place - middle).squaredNorm() >= reach * reach)
+          continue;  // no nearer than the triangles before
         distance = std::min(distance, (cloud::closestPoint(triangle, place) - place).norm());
       }
     }
@@ -72,7 +72,7 @@ void DistanceField::markInside() {
     if (!is_outside[index]) distances_[index] = -distances_[index];
 }
 
-/// A line between neighboring nodes that crosses the surface has an end within half a step of it:
+/// Flood fill. An edge of the grid that crosses the surface has a node within half a step of it:
 /// such nodes are reached, but nothing beyond them.
 std::vector<bool> DistanceField::reachableFromOutside() const {
   std::vector<bool> is_reached(distances_.size());
@@ -98,7 +98,7 @@ float DistanceField::distance(const Vector3f& place) const {
   const Vector3f position = (place - bounds_.min()) / step_;
   const bool is_in_grid =
       (position.array() >= 0).all() && (position.array() < count_.cast<float>().array() - 1).all();
-  if (!is_in_grid) return reach_;  // a place that is no number, too
+  if (!is_in_grid) return reach_;  // NaN as well
   const Vector3i node = position.cast<int>();
   const Vector3f part = position - node.cast<float>();
   const std::size_t row = count_.x(), layer = row * count_.y();
@@ -114,7 +114,7 @@ float DistanceField::distance(const Vector3f& place) const {
   return low + (along_y(corner + layer) - low) * part.z();
 }
 
-/// PCL's tree, of which nothing else here needs to know.
+/// PCL's k-d tree, hidden from users of the header.
 class SurfaceSamples::Tree {
  public:
   explicit Tree(const std::vector<Eigen::Vector3f>& samples)
@@ -135,7 +135,7 @@ class SurfaceSamples::Tree {
   pcl::KdTreeFLANN<pcl::PointXYZ> tree_;
 };
 
-/// Samples of many small triangles are thinned: a mesh with fine detail has thousands.
+/// Thins the samples, as a mesh with fine detail has thousands of small triangles.
 SurfaceSamples::SurfaceSamples(const cloud::Surface& mesh)
     : center_(cloud::boundsOf(mesh).center()), radius_(0) {
   const std::vector<Eigen::Vector3f> samples = thinned(cloud::samplesOf(mesh, kSpacing), kSpacing);

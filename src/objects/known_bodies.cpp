@@ -73,7 +73,7 @@ cloud::Surface surfaceOfAll(const Shapes& shapes, const ReadResource& read) {
 }  // namespace
 
 std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadResource& read) {
-  walkXml(urdf.data(), urdf.size());  // urdfdom calls itself for each element in another one
+  walkXml(urdf.data(), urdf.size());  // refuses deep nesting, at which urdfdom would recurse
   const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf);
   cloud::require(model != nullptr, "it is not a robot description (URDF)");
   std::vector<LinkGeometry> geometries;
@@ -85,15 +85,15 @@ std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadReso
   return geometries;
 }
 
-// Which body is where.
+// Bodies in their poses.
 
 namespace {
 
-constexpr float kSmallestCell = 0.08F;  // m
-constexpr float kMostCells = 64;        // along an axis
+constexpr float kMinCell = 0.08F;  // m
+constexpr float kMaxCells = 64;    // along an axis
 constexpr unsigned kWordBits = 64;
 
-/// The box, parallel to the axes, around a transformed box.
+/// Axis-aligned box around a transformed box.
 AlignedBox3f transformed(const AlignedBox3f& box, const Isometry3f& transform) {
   const Vector3f center = transform * box.center();
   const Vector3f half = transform.linear().cwiseAbs() * (box.sizes() / 2);
@@ -109,20 +109,20 @@ PosedBodies::PosedBodies(const std::vector<KnownBody>& bodies,
       words_((bodies.size() + kWordBits - 1) / kWordBits) {
   for (const Isometry3f& transform : cloud_from_body)
     body_from_cloud_.push_back(transform.inverse());
-  layOut();
+  createGrid();
   for (std::size_t body = 0; body < bodies.size(); ++body) insert(body);
 }
 
-void PosedBodies::layOut() {
+void PosedBodies::createGrid() {
   for (std::size_t body = 0; body < bodies_.size(); ++body)
     bounds_.extend(transformed(bodies_[body].field.bounds(), cloud_from_body_[body]));
   if (bounds_.isEmpty() || !bounds_.sizes().allFinite()) return;
-  cell_ = std::max(kSmallestCell, bounds_.sizes().maxCoeff() / kMostCells);
+  cell_ = std::max(kMinCell, bounds_.sizes().maxCoeff() / kMaxCells);
   count_ = (bounds_.sizes() / cell_).array().floor().cast<int>() + 1;
   masks_.assign(static_cast<std::size_t>(count_.prod()) * words_, 0);
 }
 
-/// Sets the body's bit in the cells that its box may touch: their centers lie in the box grown by
+/// Sets the body's bit in the cells that its box may touch, whose centers lie in the box grown by
 /// half a cell's diagonal.
 void PosedBodies::insert(std::size_t body) {
   AlignedBox3f box = bodies_[body].field.bounds();
@@ -181,42 +181,42 @@ bool PosedBodies::isBehindRobot(const Vector3f& place, float depth) const {
 
 namespace {
 
-constexpr float kCube = 0.03F;  // m: first the means of such cubes are compared
+constexpr float kVoxel = 0.03F;  // m: edge of the voxels whose means are compared first
 
-/// The distance of a point from the sphere around a body, which is no farther than the body.
-float atLeast(const KnownBody& body, const Isometry3f& from_body, const Vector3f& point) {
+/// Lower bound of the distance between a point and a body, by the sphere around the body.
+float minDistance(const KnownBody& body, const Isometry3f& from_body, const Vector3f& point) {
   return (from_body * body.samples->center() - point).norm() - body.samples->radius();
 }
 
-/// Makes the best distance shorter where a body is nearer to one of the points.
-void shorten(RobotDistance& best, const Cluster& points, const KnownBody& body,
-             const Isometry3f& from_body) {
+/// Updates the best distance if a body is nearer to one of the points.
+void updateBest(RobotDistance& best, const Cluster& points, const KnownBody& body,
+                const Isometry3f& from_body) {
   const Isometry3f to_body = from_body.inverse();
   for (const Vector3f& point : points) {
-    if (atLeast(body, from_body, point) >= best.distance) continue;
+    if (minDistance(body, from_body, point) >= best.distance) continue;
     const NearestPlace nearest = body.samples->nearest(to_body * point);
     if (nearest.distance < best.distance)
       best = {body.frame, nearest.distance, point, from_body * nearest.place};
   }
 }
 
-/// The robots' links with a bound of their distance, nearest first.
-std::vector<std::pair<float, std::size_t>> inOrder(const Vector3f& center,
-                                                   const std::vector<KnownBody>& bodies,
-                                                   const std::vector<Isometry3f>& from_body) {
+/// The robots' links with lower bounds of their distances, nearest first.
+std::vector<std::pair<float, std::size_t>> byMinDistance(const Vector3f& center,
+                                                         const std::vector<KnownBody>& bodies,
+                                                         const std::vector<Isometry3f>& from_body) {
   std::vector<std::pair<float, std::size_t>> order;
   for (std::size_t body = 0; body < bodies.size(); ++body)
     if (bodies[body].samples)
-      order.emplace_back(atLeast(bodies[body], from_body[body], center), body);
+      order.emplace_back(minDistance(bodies[body], from_body[body], center), body);
   std::sort(order.begin(), order.end());
   return order;
 }
 
-/// The points near one, which the mean of a cube may hide.
+/// The points near a place: some points of a voxel are nearer to a body than their mean.
 Cluster around(const Cluster& points, const Vector3f& place) {
   Cluster near;
   for (const Vector3f& point : points)
-    if ((point - place).squaredNorm() < 3 * kCube * kCube) near.push_back(point);
+    if ((point - place).squaredNorm() < 3 * kVoxel * kVoxel) near.push_back(point);
   return near;
 }
 
@@ -225,15 +225,15 @@ Cluster around(const Cluster& points, const Vector3f& place) {
 std::optional<RobotDistance> distanceToRobots(const Cluster& points,
                                               const std::vector<KnownBody>& bodies,
                                               const std::vector<Isometry3f>& from_body) {
-  const Cluster means = thinned(points, kCube);
+  const Cluster means = thinned(points, kVoxel);
   RobotDistance best;
   best.distance = std::numeric_limits<float>::infinity();
-  const auto order = inOrder(means.front(), bodies, from_body);
-  for (const auto& [bound, body] : order) shorten(best, means, bodies[body], from_body[body]);
+  const auto order = byMinDistance(means.front(), bodies, from_body);
+  for (const auto& [bound, body] : order) updateBest(best, means, bodies[body], from_body[body]);
   if (best.link.empty()) return std::nullopt;
   const auto nearest = std::find_if(bodies.begin(), bodies.end(),
                                     [&](const KnownBody& body) { return body.frame == best.link; });
-  shorten(best, around(points, best.on_object), *nearest, from_body[nearest - bodies.begin()]);
+  updateBest(best, around(points, best.on_object), *nearest, from_body[nearest - bodies.begin()]);
   return best;
 }
 

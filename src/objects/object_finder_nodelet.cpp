@@ -43,17 +43,17 @@ namespace {
 using cloud::require;
 using XmlRpc::XmlRpcValue;
 
-constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
-constexpr float kSoughtSize = 0.05F;    // m: what is larger is to be seen
-constexpr double kNoisePeriod = 60;     // s: of saying that it cannot
-constexpr double kCheckPeriod = 1;      // s: of comparing robots with what is seen
-constexpr int kContradictions = 3;      // in a row, until it is said
-constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
-constexpr int kStaticPublishers = 100;  // each of which has a latched message
-constexpr int kPoses = 100;             // that may wait in /tf
-constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
-constexpr double kMomentWait = 0.5;     // s: for poses at the time of a cloud that is restored
-constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
+constexpr double kTransformWait = 0.1;       // s: poses of robots arrive a little later than clouds
+constexpr float kMaxDetectionLimit = 0.05F;  // m: an object this large must be detectable
+constexpr double kNoisePeriod = 60;          // s: between warnings about the sensor
+constexpr double kCheckPeriod = 1;           // s: between comparisons of robots and clouds
+constexpr int kContradictions = 3;           // in a row, before a warning
+constexpr double kRetryPeriod = 1;           // s: between attempts to read missing models
+constexpr int kStaticPublishers = 100;       // each of which has a latched message
+constexpr int kPoseQueue = 100;              // queue of /tf
+constexpr int kStateQueue = 20;      // queue of the player: the state of a jump must not get lost
+constexpr double kMomentWait = 0.5;  // s: for the poses of a restored cloud
+constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused and no clouds arrive
 
 }  // namespace
 
@@ -67,8 +67,8 @@ struct FramedBox {
 struct FinderParameters {
   std::string frame;                ///< the global frame, z up
   std::vector<std::string> robots;  ///< devices with `/NAME/robot_description`
-  std::vector<std::string> others;  ///< likewise, that are no robots
-  std::optional<FramedBox> region;  ///< where it is looked; everywhere without it
+  std::vector<std::string> others;  ///< likewise, devices that are no robots
+  std::optional<FramedBox> region;  ///< searched region; everything if not given
   std::vector<FramedBox> expected;
   Limits limits;
   FinderSettings settings;
@@ -76,7 +76,7 @@ struct FinderParameters {
 
 namespace {
 
-/// Reads values, and says in each problem where they stand.
+/// Reads values; its errors name the parameter.
 class Reader {
  public:
   explicit Reader(const ros::NodeHandle& node_handle) : node_handle_(node_handle) {}
@@ -159,9 +159,10 @@ FinderSettings settingsOf(const Reader& reader) {
   FinderSettings settings;
   settings.padding = static_cast<float>(reader.positive("padding", settings.padding));
   settings.gap = static_cast<float>(reader.positive("gap", settings.gap));
-  settings.surface = static_cast<float>(reader.positive("surface", settings.surface));
-  settings.fewest = static_cast<std::size_t>(
-      reader.positive("fewest_points", static_cast<double>(settings.fewest)));
+  settings.min_surface_area =
+      static_cast<float>(reader.positive("surface", settings.min_surface_area));
+  settings.min_points = static_cast<std::size_t>(
+      reader.positive("fewest_points", static_cast<double>(settings.min_points)));
   if (const auto noise = reader.optionalPositive("noise"))
     settings.noise = DepthNoise{static_cast<float>(*noise)};
   return settings;
@@ -182,7 +183,7 @@ FinderParameters readFinderParameters(const ros::NodeHandle& node_handle) {
 
 /// The links of a device's model, from the parameter `/NAME/robot_description`.
 /// \param reach  of their distance fields, m
-/// \throws std::invalid_argument that names the parameter and says what is wrong
+/// \throws std::invalid_argument that names the parameter and the problem
 std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_robot) {
   const std::string name = "/" + device + "/robot_description";
   std::string urdf;
@@ -199,14 +200,14 @@ std::vector<KnownBody> bodiesOf(const std::string& device, float reach, bool is_
 
 }  // namespace
 
-/// Takes /tf in a thread of its own, as the nodelet waits for poses that are still to come.
+/// Receives /tf in a thread of its own, as the nodelet waits for poses that have not arrived yet.
 class PoseListener {
  public:
   PoseListener(tf2_ros::Buffer& buffer, PoseGaps& gaps) : buffer_(buffer), gaps_(gaps) {
     buffer.setUsingDedicatedThread(true);
     node_handle_.setCallbackQueue(&queue_);
     moving_ = subscribeChecked<tf2_msgs::TFMessage>(
-        node_handle_, "/tf", kPoses,
+        node_handle_, "/tf", kPoseQueue,
         [this](const tf2_msgs::TFMessage::ConstPtr& poses) { take(*poses, false); },
         ros::TransportHints().tcpNoDelay());
     fixed_ = subscribeChecked<tf2_msgs::TFMessage>(
@@ -218,16 +219,16 @@ class PoseListener {
  private:
   void take(const tf2_msgs::TFMessage& poses, bool are_static) {
     const ros::Time now = ros::Time::now();
-    if (now < last_) {  // a simulation has begun again
+    if (now < last_) {  // a simulation has restarted
       buffer_.clear();
       gaps_.clear();
     }
     last_ = now;
     for (const auto& pose : poses.transforms) {
       try {
-        if (!are_static) gaps_.add(pose);  // first, as whoever waits takes the pose at once
+        if (!are_static) gaps_.add(pose);  // first, as a waiting thread uses the pose at once
         buffer_.setTransform(pose, "/tf", are_static);
-      } catch (const std::runtime_error& error) {  // a stamp too near to the end of time
+      } catch (const std::runtime_error& error) {  // a stamp too near to the maximum time
         ROS_WARN_THROTTLE(kReportPeriod, "A pose of %s is left out: %s",
                           pose.child_frame_id.c_str(), error.what());
       }
@@ -243,14 +244,14 @@ class PoseListener {
   ros::AsyncSpinner spinner_{1, &queue_};
 };
 
-/// Nodelet that finds what nobody modeled in the clouds on `~input`: `~objects` (for each cloud),
-/// `~markers` for RViz, and `~unknown`, the points that belong to no model.
+/// Nodelet that finds objects without a model in the clouds on `~input`. It publishes `~objects`
+/// (for each cloud), `~markers` for RViz, and `~unknown`, the points that belong to no model.
 class ObjectFinderNodelet : public nodelet::Nodelet {
  private:
   void onInit() override;
   bool isReady();
   void load();
-  /// From a cloud's frame into another one, at the time of the cloud.
+  /// Returns the transform from a cloud's frame into another one, at the time of the cloud.
   using Lookup = std::function<Eigen::Isometry3d(const std::string& target)>;
 
   void take(const sensor_msgs::PointCloud2::ConstPtr& cloud);
@@ -263,15 +264,15 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void requirePosesAround(const std_msgs::Header& header) const;
   void subscribeToPoses(ros::NodeHandle& node_handle);
   void takePoses(const tf2_msgs::TFMessage& poses, bool are_static);
-  void complainOfNoise(const std::optional<Sight>& sight) const;
-  void complainOfModels(const Points& points, const std::vector<Label>& labels, const Scene& scene);
+  void warnAboutNoise(const std::optional<DetectionLimit>& limit) const;
+  void warnAboutModels(const Points& points, const std::vector<Label>& labels, const Scene& scene);
   void redraw();
 
   ros::Subscriber cloud_subscriber_, player_subscriber_, poses_subscriber_, static_subscriber_;
   ros::Publisher objects_publisher_, marker_publisher_, unknown_publisher_;
   ros::WallTimer redraw_timer_, wait_timer_;
   tf2_ros::Buffer tf_buffer_;
-  tf2::BufferCore restored_poses_;  ///< with the stamps of clouds that are restored
+  tf2::BufferCore restored_poses_;  ///< with the stamps of restored clouds
   sensor_msgs::PointCloud2::ConstPtr waiting_, last_;
   PoseGaps gaps_;
   std::unique_ptr<PoseListener> pose_listener_;
@@ -293,9 +294,9 @@ void ObjectFinderNodelet::onInit() {
   marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
   unknown_publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("unknown", 1);
   player_subscriber_ = subscribeChecked<PlayerState>(
-      node_handle, "/bag_player/state", kStates,
+      node_handle, "/bag_player/state", kStateQueue,
       [this](const PlayerState::ConstPtr& state) { follow(*state); },
-      ros::TransportHints().tcpNoDelay());  // of a jump it must hear before the cloud behind it
+      ros::TransportHints().tcpNoDelay());  // a jump must be known before the cloud that follows it
   redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
                                               [this](const ros::WallTimerEvent&) { redraw(); });
   subscribeToPoses(node_handle);
@@ -305,8 +306,8 @@ void ObjectFinderNodelet::onInit() {
       ros::TransportHints().tcpNoDelay());
 }
 
-/// Poses at the times of restored clouds come on a topic of their own: on /tf are those of the
-/// position at which playback stands.
+/// Subscribes to the poses at the times of restored clouds. They have their own topic, as /tf has
+/// the poses at the current position of playback.
 void ObjectFinderNodelet::subscribeToPoses(ros::NodeHandle& node_handle) {
   wait_timer_ = node_handle.createWallTimer(
       ros::WallDuration(kMomentWait), [this](const ros::WallTimerEvent&) { process(true); }, true,
@@ -315,13 +316,13 @@ void ObjectFinderNodelet::subscribeToPoses(ros::NodeHandle& node_handle) {
       node_handle, "/tf_static", kStaticPublishers,
       [this](const tf2_msgs::TFMessage::ConstPtr& poses) { takePoses(*poses, true); });
   poses_subscriber_ = subscribeChecked<tf2_msgs::TFMessage>(
-      node_handle, "/tf_restored", kStates,
+      node_handle, "/tf_restored", kStateQueue,
       [this](const tf2_msgs::TFMessage::ConstPtr& poses) { takePoses(*poses, false); },
       ros::TransportHints().tcpNoDelay());
 }
 
-/// Whether the models have been read. The parts of a cell start in any order, so a model may be
-/// missing for a moment.
+/// Returns whether the models have been read, and tries to read them if not. The parts of a cell
+/// start in any order, so a model may be missing at first.
 bool ObjectFinderNodelet::isReady() {
   if (finder_) return true;
   if (ros::WallTime::now() < next_try_) return false;
@@ -356,7 +357,7 @@ void ObjectFinderNodelet::take(const sensor_msgs::PointCloud2::ConstPtr& cloud) 
   process(false);
 }
 
-/// Looks at the cloud that waits, if where everything was at its time is known, or `is_late`.
+/// Processes the waiting cloud if all poses at its time are known, or `is_late`.
 void ObjectFinderNodelet::process(bool is_late) {
   const auto cloud = std::exchange(waiting_, nullptr);
   if (!cloud) return;
@@ -389,7 +390,7 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scen
   require(
       ObjectFinder::looksIntoRegion(points, labels, scene),
       "the sensor sees nothing of its region: something may be in front of it, or it was moved");
-  complainOfModels(points, labels, scene);
+  warnAboutModels(points, labels, scene);
   if (unknown_publisher_.getNumSubscribers() > 0)
     unknown_publisher_.publish(
         boost::make_shared<sensor_msgs::PointCloud2>(freePart(cloud, labels)));
@@ -403,13 +404,13 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud, const Scen
       [&](const Cluster& places) { return finder_->distanceTo(places, scene); });
   const DetectedObjects objects = messageOf(tracked, parameters_.limits, header);
   objects_publisher_.publish(objects);
-  complainOfNoise(finder_->sight(points, labels));
+  warnAboutNoise(finder_->detectionLimit(points, labels));
   markers_ = markersOf(objects);
   marker_publisher_.publish(markers_);
 }
 
-/// Where everything was at the time of a cloud; nothing while that is not known yet. Whoever is
-/// late takes /tf, as poses may be missing there: a device may have no joints that are recorded.
+/// Scene at the time of a cloud; nothing while it is not known yet. If it `is_late`, /tf is used
+/// instead of restored poses, which may be missing: a device may have no recorded joints.
 std::optional<Scene> ObjectFinderNodelet::sceneOf(const std_msgs::Header& header,
                                                   bool is_late) const {
   const std::string source = withoutLeadingSlash(header.frame_id);
@@ -430,7 +431,7 @@ std::optional<Scene> ObjectFinderNodelet::sceneOf(const std_msgs::Header& header
   return scene;
 }
 
-/// Throws if anything moved while its poses were missing, and the cloud is of that time.
+/// Throws if a frame moved without poses at the time of the cloud.
 void ObjectFinderNodelet::requirePosesAround(const std_msgs::Header& header) const {
   std::vector<std::string> frames{withoutLeadingSlash(header.frame_id)};
   for (const KnownBody& body : finder_->bodies()) frames.push_back(body.frame);
@@ -444,19 +445,20 @@ void ObjectFinderNodelet::requirePosesAround(const std_msgs::Header& header) con
   }
 }
 
-/// If a hand could go unnoticed, the cell must not look clear.
-void ObjectFinderNodelet::complainOfNoise(const std::optional<Sight>& sight) const {
-  if (!sight || sight->smallest < kSoughtSize) return;
+/// Warns if the sensor is too noisy to detect a hand. The cell must not look clear then.
+void ObjectFinderNodelet::warnAboutNoise(const std::optional<DetectionLimit>& limit) const {
+  if (!limit || limit->size < kMaxDetectionLimit) return;
   NODELET_WARN_THROTTLE(
       kNoisePeriod,
       "The sensor of %s is noisy: at %.1f m what is lower than %.0f cm, or nearer "
       "than that to a robot, may be missed. Put it nearer",
-      cloud_subscriber_.getTopic().c_str(), sight->range, std::ceil(100 * sight->smallest));
+      cloud_subscriber_.getTopic().c_str(), limit->range, std::ceil(100 * limit->size));
 }
 
-/// Distances are wrong if robots are not where the sensor sees them, and nothing else shows it.
-void ObjectFinderNodelet::complainOfModels(const Points& points, const std::vector<Label>& labels,
-                                           const Scene& scene) {
+/// Warns if robots are not where the sensor sees them: distances are wrong then, and nothing else
+/// shows it.
+void ObjectFinderNodelet::warnAboutModels(const Points& points, const std::vector<Label>& labels,
+                                          const Scene& scene) {
   const ros::WallTime now = ros::WallTime::now();
   if (now < next_check_) return;
   next_check_ = now + ros::WallDuration(kCheckPeriod);
@@ -483,8 +485,8 @@ Scene ObjectFinderNodelet::sceneWith(const Lookup& transform) const {
   return scene;
 }
 
-/// From the cloud's frame into another one, at the time of the cloud; just after a jump the newest
-/// one, which is at most some hundredths of a second younger.
+/// Transform from the cloud's frame into another one, at the time of the cloud. Just after a jump
+/// it is the newest one, which is at most some hundredths of a second newer than the cloud.
 Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
                                                  const std_msgs::Header& header) const {
   const std::string source = withoutLeadingSlash(header.frame_id);

@@ -15,7 +15,7 @@ using visualization_msgs::Marker;
 constexpr double kLifetime = 0.8;     // s
 constexpr double kTextHeight = 0.05;  // m
 constexpr double kLineWidth = 0.008;  // m
-constexpr double kSmallest = 1e-3;    // m: RViz draws no box without a size
+constexpr double kMinSize = 1e-3;     // m: RViz draws no box of zero size
 
 geometry_msgs::Point toPoint(const Eigen::Vector3f& place) {
   geometry_msgs::Point point;
@@ -66,7 +66,7 @@ std_msgs::ColorRGBA color(float red, float green, float blue, float alpha) {
   return result;
 }
 
-/// White while there is room, then yellow and red; paler while the object is hidden.
+/// White at a safe distance, then yellow and red; paler while the object is hidden.
 std_msgs::ColorRGBA colorOf(const DetectedObject& object) {
   const float alpha = object.is_seen ? 1.0F : 0.5F;
   if (object.level == DetectedObject::STOP) return color(1.0F, 0.15F, 0.1F, alpha);
@@ -74,8 +74,8 @@ std_msgs::ColorRGBA colorOf(const DetectedObject& object) {
   return color(0.85F, 0.9F, 0.95F, alpha);
 }
 
-/// \param kind  of what the marker shows of an object; its namespace
-Marker begun(const std::string& kind, const DetectedObject& object, const std::string& frame) {
+/// \param kind  of marker, which is its namespace
+Marker newMarker(const std::string& kind, const DetectedObject& object, const std::string& frame) {
   Marker marker;
   marker.header.frame_id = frame;
   marker.ns = kind;
@@ -88,20 +88,20 @@ Marker begun(const std::string& kind, const DetectedObject& object, const std::s
 }
 
 Marker bodyOf(const DetectedObject& object, const std::string& frame) {
-  Marker marker = begun("box", object, frame);
+  Marker marker = newMarker("box", object, frame);
   marker.type = Marker::CUBE;
   marker.pose = object.pose;
-  marker.scale.x = std::max(object.size.x, kSmallest);
-  marker.scale.y = std::max(object.size.y, kSmallest);
-  marker.scale.z = std::max(object.size.z, kSmallest);
+  marker.scale.x = std::max(object.size.x, kMinSize);
+  marker.scale.y = std::max(object.size.y, kMinSize);
+  marker.scale.z = std::max(object.size.z, kMinSize);
   marker.color.a *= 0.3F;
   return marker;
 }
 
 Marker edgesOf(const DetectedObject& object, const std::string& frame) {
   const Eigen::Vector3d size =
-      Eigen::Vector3d(object.size.x, object.size.y, object.size.z).cwiseMax(kSmallest);
-  Marker marker = begun("edges", object, frame);
+      Eigen::Vector3d(object.size.x, object.size.y, object.size.z).cwiseMax(kMinSize);
+  Marker marker = newMarker("edges", object, frame);
   const Marker outline = cloud::outlineOf(cloud::Box(Eigen::Vector3d::Zero(), size), frame);
   marker.type = outline.type;
   marker.points = outline.points;
@@ -121,7 +121,7 @@ std::string textOf(const DetectedObject& object) {
 }
 
 Marker labelOf(const DetectedObject& object, const std::string& frame) {
-  Marker marker = begun("label", object, frame);
+  Marker marker = newMarker("label", object, frame);
   marker.type = Marker::TEXT_VIEW_FACING;
   marker.text = textOf(object);
   marker.pose.position = object.pose.position;
@@ -132,14 +132,14 @@ Marker labelOf(const DetectedObject& object, const std::string& frame) {
 }
 
 Marker lineOf(const DetectedObject& object, const std::string& frame) {
-  Marker marker = begun("distance", object, frame);
+  Marker marker = newMarker("distance", object, frame);
   marker.type = Marker::LINE_LIST;
   marker.points = {object.on_object, object.on_robot};
   marker.scale.x = kLineWidth;
   return marker;
 }
 
-/// Deletes markers that are no longer shown at once, without waiting for their lifetime.
+/// Deletes outdated markers at once, before their lifetime ends.
 Marker deletionOfAll(const std::string& frame) {
   Marker marker;
   marker.header.frame_id = frame;

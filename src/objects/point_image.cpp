@@ -22,10 +22,10 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr std::int32_t kNoPoint = -1;
-constexpr double kMostPixels = 4e6;  // of an image that is made of any points
+constexpr double kMaxPixels = 4e6;  // of an image that is made of points without rows
 
-/// Which point of a cloud each pixel of a camera has. There is a column and a row without points on
-/// each side. There are no pixels at all if no image can be made of the points.
+/// The index of each pixel's point in the cloud, with an empty row or column on each side. There
+/// are no pixels if no image can be made of the points.
 struct PointImage {
   std::size_t width = 0, height = 0;
   std::vector<std::int32_t> points;
@@ -47,11 +47,11 @@ PointImage imageOfRows(const Points& points) {
 
 bool isInFront(const Vector3f& point) { return point.allFinite() && point.z() > 0; }
 
-/// Where a camera with a focal length of 1 sees a point.
+/// Pixel of a point in a camera with a focal length of 1.
 Vector2f projected(const Vector3f& point) { return point.head<2>() / point.z(); }
 
-/// The width of pixels of a camera with a focal length of 1: the median distance of points that
-/// follow each other from left to right.
+/// Width of the pixels of a camera with a focal length of 1: the median distance of consecutive
+/// points from left to right.
 std::optional<float> pixelWidth(const std::vector<Vector3f>& places) {
   std::vector<float> steps;
   for (std::size_t index = 1; index < places.size(); ++index) {
@@ -65,7 +65,8 @@ std::optional<float> pixelWidth(const std::vector<Vector3f>& places) {
   return *middle;
 }
 
-/// Without any pixels if there are no such points, or they are too far apart.
+/// Image of points without rows; it has no pixels if there are no consecutive points, or they are
+/// too far apart.
 PointImage imageOfAny(const Points& points) {
   const std::optional<float> width = pixelWidth(points.places);
   Eigen::AlignedBox<float, 2> range;
@@ -73,7 +74,7 @@ PointImage imageOfAny(const Points& points) {
     if (isInFront(point)) range.extend(projected(point));
   if (!width || range.isEmpty()) return {};
   const Eigen::Vector2d size = (range.sizes() / *width).cast<double>().array() + 1;
-  if (!(size.prod() < kMostPixels)) return {};
+  if (!(size.prod() < kMaxPixels)) return {};
   PointImage image =
       emptyImage(static_cast<std::size_t>(size.x()) + 1, static_cast<std::size_t>(size.y()) + 1);
   for (std::size_t index = 0; index < points.places.size(); ++index) {
@@ -86,14 +87,13 @@ PointImage imageOfAny(const Points& points) {
   return image;
 }
 
-/// The image of a cloud. Points that are not in rows are put into the pixels of a camera in whose
-/// optical frame (z forward) they are: points that follow each other in a row of its image tell
-/// their width.
+/// Image of a cloud. Points without rows are projected into a camera in whose optical frame (z
+/// forward) they are; consecutive points in a row of its image tell the width of its pixels.
 PointImage imageOf(const Points& points) {
   return points.height > 1 ? imageOfRows(points) : imageOfAny(points);
 }
 
-/// How far from a sensor two points on one surface may be apart at a distance (m) from it: 1 cm,
+/// Maximum difference in range of two points on one surface at a range (m) from the sensor: 1 cm,
 /// and two steps of a Kinect's depth (3 mm at 1 m, growing with the square of the distance).
 float toleranceAt(float range) { return 0.01F + 2 * 0.003F * range * range; }
 
@@ -133,15 +133,15 @@ sensor_msgs::PointCloud2 freePart(const sensor_msgs::PointCloud2& cloud,
   return part;
 }
 
-// What the sensor makes up.
+// Artifacts of the sensor.
 
 namespace {
 
-constexpr int kFewNeighbours = 4;   // of eight
-constexpr int kThinNeighbours = 2;  // of eight
-constexpr float kSteepStep = 4;     // tolerances: between pixels on a steep surface
+constexpr int kMinFreeNeighbors = 4;  // of eight
+constexpr int kMinThinNeighbors = 2;  // of eight
+constexpr float kMaxSteepStep = 4;    // tolerances: between pixels on a steep surface
 
-/// The distance of each pixel's point from the sensor where it is free; where it is not, it is like
+/// Distance of each pixel's point from the sensor if it is free; otherwise -infinity, which is like
 /// no other.
 std::vector<float> freeRanges(const PointImage& image, const Points& points,
                               const std::vector<Label>& labels) {
@@ -161,10 +161,10 @@ void markStrayPoints(const Points& points, std::vector<Label>& labels) {
   if (image.points.empty()) return;
   const std::vector<float> ranges = freeRanges(image, points, labels);
   const auto row = static_cast<std::ptrdiff_t>(image.width);
-  // What continues evenly is looked for over two pixels.
+  // A surface is checked for even continuation over two pixels.
   const auto last = static_cast<std::ptrdiff_t>(ranges.size()) - 1;
   const auto rangeAt = [&](std::ptrdiff_t pixel) { return ranges[std::clamp(pixel, {}, last)]; };
-  // Those beside it first: they are most often alike, and four are enough.
+  // Direct neighbors first: they are most often alike, and four are enough.
   const std::ptrdiff_t around[] = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
     if (!(ranges[pixel] >= 0)) continue;
@@ -173,32 +173,32 @@ void markStrayPoints(const Points& points, std::vector<Label>& labels) {
     for (const std::ptrdiff_t step : around) {
       const float rise = ranges[pixel + step] - ranges[pixel];
       if (std::abs(rise) < tolerance) ++alike;
-      if (alike == kFewNeighbours) break;
+      if (alike == kMinFreeNeighbors) break;
       const float next = rangeAt(static_cast<std::ptrdiff_t>(pixel) + 2 * step);
-      if (std::abs(rise) >= tolerance && std::abs(rise) < kSteepStep * tolerance &&
+      if (std::abs(rise) >= tolerance && std::abs(rise) < kMaxSteepStep * tolerance &&
           std::abs(next - ranges[pixel + step] - rise) < tolerance)
         ++even;
     }
-    if (alike < kFewNeighbours)
-      labels[image.points[pixel]] = alike + even < kThinNeighbours ? Label::kStray : Label::kThin;
+    if (alike < kMinFreeNeighbors)
+      labels[image.points[pixel]] = alike + even < kMinThinNeighbors ? Label::kStray : Label::kThin;
   }
 }
 
-// What hides parts of groups of points, and where groups end.
+// Occlusions and silhouettes of groups.
 
 namespace {
 
 constexpr std::int32_t kNoGroup = -1;
-constexpr std::size_t kPixelStride = 3;  // px: between the rows and columns that are looked at
-constexpr int kFewestLines = 2;          // that show a bridge
-constexpr std::size_t kBeside = 24;      // px: so far beyond a group is looked for what hides it
-constexpr float kLongestGap = 0.25F;     // m: surfaces farther apart are not taken for one
-constexpr float kSteepest = 0.5F;        // of a surface across the line of sight
-constexpr float kTouching = 0.03F;       // m
-constexpr float kRobotMargin = 0.01F;    // m
+constexpr std::size_t kPixelStride = 3;    // px: between the rows and columns that are searched
+constexpr int kMinLines = 2;               // that show a bridge
+constexpr std::size_t kSearchMargin = 24;  // px: around a group, to find its occluders
+constexpr float kMaxSurfaceGap = 0.25F;    // m: between surfaces that may be one
+constexpr float kMaxSurfaceSlope = 0.5F;   // change of range along such a gap
+constexpr float kTouching = 0.03F;         // m
+constexpr float kRobotMargin = 0.01F;      // m
 
-/// A pixel that shows something.
-struct Sight {
+/// A pixel with a point.
+struct Pixel {
   std::uint32_t point;
   std::int32_t group;
   float range;  ///< from the sensor, m
@@ -206,15 +206,16 @@ struct Sight {
   bool is_last;  ///< of the image, in this direction
 };
 
-/// Whether a pixel may hide what continues the surface that the other one shows.
-bool hides(const Sight& one, const Sight& other) {
+/// Returns whether one pixel may hide a continuation of the surface at the other one.
+bool hides(const Pixel& one, const Pixel& other) {
   if (one.is_robot) return one.range < other.range + kRobotMargin;
   return one.range < other.range - toleranceAt(other.range);
 }
 
-class Search {
+class OcclusionSearch {
  public:
-  Search(const Points& points, const std::vector<Label>& labels, const std::vector<Indices>& groups)
+  OcclusionSearch(const Points& points, const std::vector<Label>& labels,
+                  const std::vector<Indices>& groups)
       : points_(points),
         labels_(labels),
         image_(imageOf(points)),
@@ -229,12 +230,12 @@ class Search {
   Occlusions run() {
     const auto [rows, columns] = spans();
     for (std::size_t row = 0; row < rows.size(); row += kPixelStride)
-      lookAlong(row * image_.width, 1, rows[row], image_.width);
+      searchLine(row * image_.width, 1, rows[row], image_.width);
     for (std::size_t column = 0; column < columns.size(); column += kPixelStride)
-      lookAlong(column, image_.width, columns[column], image_.height);
+      searchLine(column, image_.width, columns[column], image_.height);
     for (const auto& [groups, votes] : votes_)
-      if (votes.all >= kFewestLines)
-        result_.bridges.push_back({groups.first, groups.second, votes.continuing >= kFewestLines});
+      if (votes.all >= kMinLines)
+        result_.bridges.push_back({groups.first, groups.second, votes.continuing >= kMinLines});
     return std::move(result_);
   }
 
@@ -243,7 +244,7 @@ class Search {
     int all = 0, continuing = 0;
   };
 
-  /// From the first to the last pixel of any group.
+  /// First and last pixel of a line that belong to any group.
   struct Span {
     std::size_t first = std::numeric_limits<std::size_t>::max(), last = 0;
 
@@ -253,7 +254,7 @@ class Search {
     }
   };
 
-  /// Of the rows and the columns.
+  /// Spans of the rows and of the columns.
   std::pair<std::vector<Span>, std::vector<Span>> spans() const {
     std::vector<Span> rows(image_.height), columns(image_.width);
     for (std::size_t row = 0; row < image_.height; ++row) {
@@ -267,17 +268,17 @@ class Search {
     return {std::move(rows), std::move(columns)};
   }
 
-  /// Looks along one line of pixels, in both directions: what is nearer at its end is a bridge only
-  /// if it is reached from the other one.
-  void lookAlong(std::size_t start, std::size_t step, const Span& span, std::size_t count) {
+  /// Searches one line of pixels in both directions, as a bridge to a nearer group is found only
+  /// from the farther one.
+  void searchLine(std::size_t start, std::size_t step, const Span& span, std::size_t count) {
     if (span.first > span.last) return;
-    readLine(start, step, span.first - std::min(span.first, kBeside),
-             std::min(span.last + kBeside, count), count);
+    readLine(start, step, span.first - std::min(span.first, kSearchMargin),
+             std::min(span.last + kSearchMargin, count), count);
     if (line_.size() < 2) return;
-    endOfImage(line_.front(), line_[1]);
-    endOfImage(line_.back(), line_[line_.size() - 2]);
+    addRimAtBorder(line_.front(), line_[1]);
+    addRimAtBorder(line_.back(), line_[line_.size() - 2]);
     for (std::size_t place = 1; place < line_.size(); ++place)
-      endBetween(line_[place - 1], line_[place]);
+      addRimBetween(line_[place - 1], line_[place]);
     findBridges();
     std::reverse(line_.begin(), line_.end());
     findBridges();
@@ -298,8 +299,8 @@ class Search {
     }
   }
 
-  /// Notes where groups end between two pixels that follow each other.
-  void endBetween(const Sight& one, const Sight& other) {
+  /// Adds rim points where groups end between two consecutive pixels.
+  void addRimBetween(const Pixel& one, const Pixel& other) {
     if (one.group == other.group) return;
     const bool touch = (one.group != kNoGroup || one.is_outside) &&
                        (other.group != kNoGroup || other.is_outside) &&
@@ -312,23 +313,23 @@ class Search {
           {other.point, direction(other, one), touch || hides(one, other)});
   }
 
-  /// Notes where a group goes on beyond the image.
-  void endOfImage(const Sight& last, const Sight& before) {
+  /// Adds a rim point where a group reaches the border of the image.
+  void addRimAtBorder(const Pixel& last, const Pixel& before) {
     if (last.is_last && last.group != kNoGroup)
       result_.rims[last.group].push_back({last.point, -direction(last, before), true});
   }
 
-  /// The direction from one pixel to another one, as if that were as far away.
-  Eigen::Vector3f direction(const Sight& from, const Sight& to) const {
+  /// Direction from one pixel to another, as if both were at the same range.
+  Eigen::Vector3f direction(const Pixel& from, const Pixel& to) const {
     const Vector3f& place = points_.places[from.point];
     return (points_.places[to.point] * (from.range / to.range) - place).normalized();
   }
 
-  /// For each pixel, the last one before it that does not hide what continues it is on top of a
-  /// stack.
+  /// For each pixel, removes its occluders from a stack. The top is then the last pixel before it
+  /// that may show the same surface.
   void findBridges() {
     stack_.clear();
-    for (const Sight& it : line_) {
+    for (const Pixel& it : line_) {
       const std::size_t before = stack_.size();
       while (!stack_.empty() && hides(stack_.back(), it)) stack_.pop_back();
       if (stack_.size() < before && !stack_.empty()) vote(stack_.back(), it);
@@ -336,27 +337,27 @@ class Search {
     }
   }
 
-  void vote(const Sight& one, const Sight& other) {
+  void vote(const Pixel& one, const Pixel& other) {
     if (one.group == kNoGroup || other.group == kNoGroup || one.group == other.group) return;
-    const auto [least, most] = std::minmax(one.group, other.group);
-    Votes& votes = votes_[{least, most}];
+    const auto [smaller, larger] = std::minmax(one.group, other.group);
+    Votes& votes = votes_[{smaller, larger}];
     ++votes.all;
     const float gap = distance(one, other);
-    if (gap < kLongestGap &&
-        std::abs(one.range - other.range) < toleranceAt(one.range) + kSteepest * gap)
+    if (gap < kMaxSurfaceGap &&
+        std::abs(one.range - other.range) < toleranceAt(one.range) + kMaxSurfaceSlope * gap)
       ++votes.continuing;
   }
 
-  float distance(const Sight& one, const Sight& other) const {
+  float distance(const Pixel& one, const Pixel& other) const {
     return (points_.places[one.point] - points_.places[other.point]).norm();
   }
 
   const Points& points_;
   const std::vector<Label>& labels_;
   PointImage image_;
-  bool is_whole_image_;  ///< a cloud without rows ends where its points end, which says nothing
+  bool is_whole_image_;               ///< the borders of a cloud without rows mean nothing
   std::vector<std::int32_t> groups_;  ///< of each point
-  std::vector<Sight> line_, stack_;   ///< memory that is kept
+  std::vector<Pixel> line_, stack_;   ///< kept to reuse their memory
   std::map<std::pair<std::uint32_t, std::uint32_t>, Votes> votes_;
   Occlusions result_;
 };
@@ -366,19 +367,20 @@ class Search {
 Occlusions occlusionsOf(const Points& points, const std::vector<Label>& labels,
                         const std::vector<Indices>& groups) {
   if (groups.empty()) return {};
-  return Search(points, labels, groups).run();
+  return OcclusionSearch(points, labels, groups).run();
 }
 
-// Whether a place is hidden.
+// Hidden places.
 
 namespace {
 
-constexpr float kInner = 0.8F;      // of the box: its rim may be seen although the rest is hidden
-constexpr std::size_t kStride = 7;  // of the points that are looked at; rows have other lengths
+constexpr float kInnerShare = 0.8F;  // of the box, whose rim may be visible
+constexpr std::size_t kStride = 7;   // between the points checked; no divisor of usual row lengths
 
-/// Which part of the way from one place through another one lies in a box around the origin, as
-/// multiples of their distance; the second is smaller if there is none.
-std::pair<float, float> partInside(const Vector3f& half, const Vector3f& from, const Vector3f& to) {
+/// Part of the ray from one place through another that lies in a box around the origin, as
+/// multiples of their distance; the second is smaller if the ray misses the box.
+std::pair<float, float> intervalInside(const Vector3f& half, const Vector3f& from,
+                                       const Vector3f& to) {
   const Array3f way = (to - from).array();
   const Array3f a = (-half - from).array() / way, b = (half - from).array() / way;
   return {a.min(b).maxCoeff(), a.max(b).minCoeff()};
@@ -390,11 +392,11 @@ bool isHidden(const UprightBox& box, const Points& points, const std::vector<Lab
               const Isometry3f& global_from_cloud) {
   const Isometry3f box_from_cloud = Eigen::AngleAxisf(-box.yaw, Vector3f::UnitZ()) *
                                     Eigen::Translation3f(-box.center) * global_from_cloud;
-  const Vector3f sensor = box_from_cloud.translation(), half = kInner / 2 * box.size;
+  const Vector3f sensor = box_from_cloud.translation(), half = kInnerShare / 2 * box.size;
   std::size_t hiding = 0, others = 0;
   for (std::size_t index = 0; index < labels.size(); index += kStride) {
     if (labels[index] == Label::kNowhere) continue;
-    const auto [begin, end] = partInside(half, sensor, box_from_cloud * points.places[index]);
+    const auto [begin, end] = intervalInside(half, sensor, box_from_cloud * points.places[index]);
     if (!(begin < end && end > 0)) continue;
     const bool is_hiding = begin > 1 || (end > 1 && labels[index] == Label::kRobot);
     ++(is_hiding ? hiding : others);

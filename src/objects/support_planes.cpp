@@ -18,32 +18,32 @@ namespace {
 using Eigen::Vector3f;
 using Plane = Eigen::Hyperplane<float, 3>;
 
-constexpr int kMostTries = 8;            // of finding a plane that is large enough
-constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
-constexpr float kTile = 0.1F;            // m: the size of a tile
-constexpr float kGridReach = 15;         // m: from the sensor, of tiles
-constexpr float kLeastShare = 0.5F;      // of an area, of what was a surface before
-constexpr int kHiddenTiles = 5;          // in a row, over which a surface may go on
-constexpr int kFewestLooks = 2;          // past a surface, in a tile where it is not
-constexpr std::size_t kCounted = 2500;   // points by which planes are compared
-constexpr int kFewestAround = 10;        // points that tell a surface's height
-constexpr double kMostTrials = 200;
+constexpr int kMaxPlanes = 8;               // that are tried
+constexpr float kMinNormalZ = 0.985F;       // cosine of 10°
+constexpr float kTile = 0.1F;               // m: edge of a tile
+constexpr float kGridReach = 15;            // m: from the sensor
+constexpr float kMinKnownShare = 0.5F;      // of the minimum area, for an earlier surface
+constexpr int kMaxHiddenTiles = 5;          // in a row, over which a surface may continue
+constexpr int kMinRaysPast = 2;             // that show that a surface is not in a tile
+constexpr std::size_t kPlaneSample = 2500;  // points by which planes are compared
+constexpr int kMinHeightPoints = 10;        // that tell a surface's height
+constexpr double kMaxTrials = 200;
 constexpr int kNoiseRounds = 4;
-constexpr float kNoisiest = 0.012F;        // m at 1 m
-constexpr float kFlattest = 0.2F;          // sine: flatter looks tell little
-constexpr float kMedianOfNormal = 0.674F;  // of the size of what has a standard deviation of 1
-constexpr std::size_t kFewestResiduals = 200;
-constexpr double kMissed = 0.01;  // probability that a better plane is missed
+constexpr float kMaxNoise = 0.012F;        // m at 1 m
+constexpr float kMinRaySlope = 0.2F;       // sine: flatter rays tell little
+constexpr float kMedianOfNormal = 0.674F;  // median absolute value, in standard deviations
+constexpr std::size_t kMinResiduals = 200;
+constexpr double kMissProbability = 0.01;  // of a better plane
 
-/// Ways from a place to others that are near enough to be on the same edge, m.
-const std::array<Eigen::Vector2f, 4> kAside{
+/// Offsets from a place to others that may be beyond the same edge, m.
+const std::array<Eigen::Vector2f, 4> kEdgeOffsets{
     {{kTile / 2, 0}, {-kTile / 2, 0}, {0, kTile / 2}, {0, -kTile / 2}}};
 
-/// How many points of a tile are at a height, and as much above and below it.
+/// Counts of a tile's points at a height, and in equally thick layers above and below it.
 struct Layers {
   int at = 0, above = 0, below = 0;
 
-  /// Count a point by its height above the middle one, m, of layers whose half is `tolerance`.
+  /// Counts a point by its height above the middle layer, m. `tolerance` is half of the thickness.
   void add(float height, float tolerance) {
     if (std::abs(height) < tolerance)
       ++at;
@@ -51,7 +51,7 @@ struct Layers {
       ++(height > 0 ? above : below);
   }
 
-  /// A level surface is at one height, an upright one at all.
+  /// A level surface is at one height, an upright one at all heights.
   bool isLevel() const { return at > 0 && 2 * above <= at && 2 * below <= at; }
   bool isCrossed() const { return 4 * std::min(above, below) > at; }
 };
@@ -65,7 +65,7 @@ void forNeighbors(std::size_t tile, std::size_t columns, std::size_t rows, const
       if (row != y || column != x) look(row * columns + column);
 }
 
-/// The plane with the least mean square of distances, its normal upwards.
+/// Least-squares plane, with its normal upwards.
 Plane fitted(const std::vector<Vector3f>& points) {
   Eigen::Matrix3Xf matrix(3, points.size());
   for (std::size_t index = 0; index < points.size(); ++index)
@@ -77,7 +77,7 @@ Plane fitted(const std::vector<Vector3f>& points) {
   return {normal.z() < 0 ? Vector3f(-normal) : normal, center};
 }
 
-/// The mean height of the points of a surface around a place, if more than a few are seen there.
+/// Mean height of the points of a surface around a place, if there are more than a few.
 std::optional<float> heightAround(const std::vector<Vector3f>& surface, const Vector3f& place,
                                   float radius) {
   float sum = 0;
@@ -87,14 +87,14 @@ std::optional<float> heightAround(const std::vector<Vector3f>& surface, const Ve
     sum += point.z();
     ++count;
   }
-  if (count < kFewestAround) return std::nullopt;
+  if (count < kMinHeightPoints) return std::nullopt;
   return sum / static_cast<float>(count);
 }
 
-/// How many trials find a plane with a share of the points (Fischler and Bolles 1981).
+/// Number of trials that find a plane with a share of the points (Fischler and Bolles 1981).
 double trialsFor(double share) {
   const double hit = share * share * share;
-  return hit >= 1 ? 1 : std::log(kMissed) / std::log(1 - hit);
+  return hit >= 1 ? 1 : std::log(kMissProbability) / std::log(1 - hit);
 }
 
 }  // namespace
@@ -107,16 +107,16 @@ std::optional<std::size_t> SupportPlanes::Grid::tileAt(const Vector3f& place) co
   return row * columns + column;
 }
 
-SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f sensor, float least_area,
+SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f sensor, float min_area,
                              std::optional<DepthNoise> noise, const SupportPlanes* before,
                              std::vector<Vector3f> upright)
-    : sensor_(std::move(sensor)), least_area_(least_area), upright_(std::move(upright)) {
+    : sensor_(std::move(sensor)), min_area_(min_area), upright_(std::move(upright)) {
   const Eigen::Vector2f reach = Eigen::Vector2f::Constant(kGridReach);
-  const Eigen::AlignedBox2f whole(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
+  const Eigen::AlignedBox2f range(sensor_.head<2>() - reach, sensor_.head<2>() + reach);
   Eigen::AlignedBox2f seen;
   for (const std::vector<Vector3f>* places : {&points, &std::as_const(upright_)})
     for (const Vector3f& point : *places)
-      if (whole.contains(Eigen::Vector2f(point.head<2>()))) seen.extend(point.head<2>());
+      if (range.contains(Eigen::Vector2f(point.head<2>()))) seen.extend(point.head<2>());
   if (!seen.isEmpty()) {
     grid_.corner = seen.min();
     grid_.columns = static_cast<std::size_t>(seen.sizes().x() / kTile) + 1;
@@ -130,7 +130,7 @@ SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, Vector3f senso
   else
     estimateNoise();
   std::vector<Sample> level = levelSamples();
-  for (int trial = 0; trial < kMostTries && findNext(level, before); ++trial) {
+  for (int trial = 0; trial < kMaxPlanes && findNext(level, before); ++trial) {
   }
   const auto height = [](const Surface& surface) {
     float sum = 0;
@@ -150,7 +150,7 @@ void SupportPlanes::setNoise(const DepthNoise& noise) {
   for (Sample& sample : samples_) sample.tolerance = tolerance(sample.place);
 }
 
-/// The points that may be on a level surface: those whose tile has few others right above or below.
+/// Points that may be on a level surface: those with few others in their tile right above or below.
 /// Otherwise a wall, seen by a noisy sensor, would have a surface at every height.
 std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
   std::vector<std::size_t> begins(grid_.size() + 1);
@@ -170,7 +170,7 @@ std::vector<SupportPlanes::Sample> SupportPlanes::levelSamples() const {
 }
 
 /// Removes the points of the largest plane from `level`, and keeps the plane if it is a surface.
-/// \return whether another plane may be found
+/// \return true if another plane may be found
 bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* before) {
   if (level.empty()) return false;
   const auto on = [](const Plane& plane) {
@@ -183,7 +183,7 @@ bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* be
   std::vector<bool> is_covered(grid_.size());
   std::for_each(level.begin(), end, [&](const Sample& it) { is_covered[it.tile] = true; });
   if (static_cast<float>(std::count(is_covered.begin(), is_covered.end(), true)) * kTile * kTile <
-      (before ? kLeastShare : 1) * least_area_)
+      (before ? kMinKnownShare : 1) * min_area_)
     return false;
   Surface surface{fitted(places), {}, {}};
   surface.extent = extentOf(surface.plane, before);
@@ -201,29 +201,29 @@ bool SupportPlanes::findNext(std::vector<Sample>& level, const SupportPlanes* be
   return true;
 }
 
-/// What each tile shows at the height of a plane.
+/// Classifies each tile by its points at the height of a plane.
 std::vector<SupportPlanes::Kind> SupportPlanes::kindsOf(const Plane& plane) const {
   const float sensor_height = plane.signedDistance(sensor_);
   std::vector<Layers> layers(grid_.size());
-  std::vector<int> looks_past(grid_.size());
-  const auto lookAt = [&](const Vector3f& place, float height, float tolerance) {
+  std::vector<int> rays_past(grid_.size());
+  const auto castRay = [&](const Vector3f& place, float height, float tolerance) {
     if (std::abs(height) < tolerance || height * sensor_height > 0) return;
     const float way = sensor_height / (sensor_height - height);
-    if (const auto tile = grid_.tileAt(sensor_ + way * (place - sensor_))) ++looks_past[*tile];
+    if (const auto tile = grid_.tileAt(sensor_ + way * (place - sensor_))) ++rays_past[*tile];
   };
   for (const Sample& sample : samples_) {
     const float height = plane.signedDistance(sample.place);
     layers[sample.tile].add(height, sample.tolerance);
-    lookAt(sample.place, height, sample.tolerance);
+    castRay(sample.place, height, sample.tolerance);
   }
   for (const Vector3f& place : upright_)
-    lookAt(place, plane.signedDistance(place), tolerance(place));
+    castRay(place, plane.signedDistance(place), tolerance(place));
   std::vector<Kind> kinds;
   kinds.reserve(grid_.size());
   for (std::size_t tile = 0; tile < grid_.size(); ++tile) {
     const Layers& seen = layers[tile];
     if (seen.at == 0)
-      kinds.push_back(looks_past[tile] < kFewestLooks ? Kind::kUnseen : Kind::kPassed);
+      kinds.push_back(rays_past[tile] < kMinRaysPast ? Kind::kUnseen : Kind::kPassed);
     else if (seen.isCrossed())
       kinds.push_back(Kind::kCrossed);
     else
@@ -232,11 +232,11 @@ std::vector<SupportPlanes::Kind> SupportPlanes::kindsOf(const Plane& plane) cons
   return kinds;
 }
 
-/// The tiles in which a plane is seen, and those around where something hides it: it may go on
-/// there over a few tiles, up to where the sensor looks past it. A steep tile shows something that
-/// stands on the surface, or its edge, if there is a level one beside it.
+/// Tiles in which a plane is visible, and hidden tiles around them: it may continue over a few, up
+/// to where the sensor looks past it. A steep tile next to a level one shows an object on the
+/// surface, or the edge of the surface.
 std::vector<std::size_t> SupportPlanes::reached(const std::vector<Kind>& kinds) const {
-  std::vector<int> hidden(grid_.size(), kHiddenTiles + 1);  // tiles to the nearest one that is seen
+  std::vector<int> hidden(grid_.size(), kMaxHiddenTiles + 1);  // tiles to the nearest visible one
   std::vector<std::size_t> tiles;
   for (std::size_t tile = 0; tile < kinds.size(); ++tile) {
     bool is_seen = kinds[tile] == Kind::kLevel;
@@ -249,9 +249,9 @@ std::vector<std::size_t> SupportPlanes::reached(const std::vector<Kind>& kinds) 
   }
   for (std::size_t next = 0; next < tiles.size(); ++next) {
     const std::size_t tile = tiles[next];
-    if (hidden[tile] == kHiddenTiles) continue;
+    if (hidden[tile] == kMaxHiddenTiles) continue;
     forNeighbors(tile, grid_.columns, grid_.rows, [&](std::size_t it) {
-      if (kinds[it] != Kind::kUnseen || hidden[it] <= kHiddenTiles) return;
+      if (kinds[it] != Kind::kUnseen || hidden[it] <= kMaxHiddenTiles) return;
       hidden[it] = hidden[tile] + 1;
       tiles.push_back(it);
     });
@@ -259,7 +259,7 @@ std::vector<std::size_t> SupportPlanes::reached(const std::vector<Kind>& kinds) 
   return tiles;
 }
 
-/// Where a plane is a surface: in connected tiles that show an area that is large enough.
+/// Extent of the surface in a plane: connected tiles with a visible area that is large enough.
 std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
                                                            const SupportPlanes* before) const {
   const std::vector<Kind> kinds = kindsOf(plane);
@@ -275,7 +275,7 @@ std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
     if (!is_open[first]) continue;
     is_open[first] = false;
     std::vector<std::size_t> part{first};
-    float area = 0, known = 0;  // in tiles; half of what is on an edge is beyond it
+    float area = 0, known = 0;  // in tiles; half of one on an edge is beyond it
     for (std::size_t next = 0; next < part.size(); ++next) {
       bool is_edge = false;
       forNeighbors(part[next], grid_.columns, grid_.rows, [&](std::size_t it) {
@@ -288,8 +288,8 @@ std::vector<SupportPlanes::Extent> SupportPlanes::extentOf(const Plane& plane,
       area += is_edge ? 0.5F : 1;
       if (before && before->contain(middleOf(part[next], plane))) known += is_edge ? 0.5F : 1;
     }
-    const float share = 2 * known > area ? kLeastShare : 1;
-    if (area * kTile * kTile < share * least_area_) continue;
+    const float share = 2 * known > area ? kMinKnownShare : 1;
+    if (area * kTile * kTile < share * min_area_) continue;
     for (const std::size_t tile : part) extent[tile] = Extent::kThere;
   }
   return extent;
@@ -303,19 +303,19 @@ Vector3f SupportPlanes::middleOf(std::size_t tile, const Plane& plane) const {
   return {x, y, -(plane.offset() + normal.x() * x + normal.y() * y) / normal.z()};
 }
 
-/// The level plane through three of the points that has most of all points (RANSAC). PCL's search
-/// writes an error into the log whenever it draws three points in a line.
+/// Level plane through three of the points that contains the most points (RANSAC). PCL's search is
+/// not used, as it writes an error into the log whenever it draws three points in a line.
 Plane SupportPlanes::largest(const std::vector<Sample>& samples) {
-  std::mt19937 random(1);  // always the same: what is found depends on this cloud alone
+  std::mt19937 random(1);  // fixed seed: the result depends on this cloud alone
   const auto any = [&] { return samples[random() % samples.size()].place; };
-  const std::size_t stride = samples.size() / kCounted + 1;
+  const std::size_t stride = samples.size() / kPlaneSample + 1;
   Plane best(Vector3f::UnitZ(), samples.front().place);
   std::size_t most = 0;
-  double trials = kMostTrials;
+  double trials = kMaxTrials;
   for (int trial = 0; trial < trials; ++trial) {
     const Vector3f a = any(), b = any(), c = any();
     const Vector3f normal = (b - a).cross(c - a).normalized();
-    if (!(std::abs(normal.z()) > kLeastUpright)) continue;
+    if (!(std::abs(normal.z()) > kMinNormalZ)) continue;
     const Plane plane(normal.z() < 0 ? Vector3f(-normal) : normal, a);
     std::size_t count = 0;
     for (std::size_t index = 0; index < samples.size(); index += stride)
@@ -323,19 +323,20 @@ Plane SupportPlanes::largest(const std::vector<Sample>& samples) {
     if (count <= most) continue;
     most = count;
     best = plane;
-    trials = std::min(kMostTrials, trialsFor(static_cast<double>(most * stride) /
-                                             static_cast<double>(samples.size())));
+    trials = std::min(kMaxTrials, trialsFor(static_cast<double>(most * stride) /
+                                            static_cast<double>(samples.size())));
   }
   return best;
 }
 
-/// With a noisy sensor the largest plane is roughly right, but fewer of its points are within the
-/// tolerance, and it is tilted like the three points that made it. So it is fitted to what is near
-/// it, and how far that is beside it along the line of sight tells how noisy the sensor is; then
-/// again with what is as near as that. Only tiles count in which nothing rises: beside walls, and
-/// among people, the floor may be less than half of what is near it, and the median is wrong.
+/// Estimates the noise from the residuals of the largest plane. With a noisy sensor, that plane is
+/// roughly right, but fewer of its points are within the tolerance, and it is tilted like the three
+/// points that define it. So it is fitted to the points near it, the noise is estimated from their
+/// residuals along the line of sight, and both are repeated with the points within that noise. Only
+/// level tiles count: beside walls and among people, less than half of the points near the floor
+/// may belong to it, and the median would be wrong.
 void SupportPlanes::estimateNoise() {
-  setNoise({kNoisiest});
+  setNoise({kMaxNoise});
   std::vector<Sample> level = levelSamples();
   if (level.empty()) return setNoise(DepthNoise());
   for (Sample& sample : level) sample.tolerance = toleranceAt(sample.place, DepthNoise());
@@ -347,7 +348,7 @@ void SupportPlanes::estimateNoise() {
       if (kinds[sample.tile] == Kind::kLevel &&
           alongRay(plane, sample.place) < noise_.reachAt((sample.place - sensor_).norm()))
         near.push_back(sample.place);
-    if (near.size() < kFewestResiduals) return setNoise(DepthNoise());
+    if (near.size() < kMinResiduals) return setNoise(DepthNoise());
     plane = fitted(near);
     std::vector<float> residuals;
     residuals.reserve(near.size());
@@ -355,15 +356,15 @@ void SupportPlanes::estimateNoise() {
       residuals.push_back(alongRay(plane, point) / (point - sensor_).squaredNorm());
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
     std::nth_element(residuals.begin(), middle, residuals.end());
-    setNoise({std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kNoisiest)});
+    setNoise({std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kMaxNoise)});
   }
 }
 
-/// How far a point is from a plane along the line of sight, m; infinitely far at a flat look.
+/// Distance of a point from a plane along the line of sight, m; infinite for flat rays.
 float SupportPlanes::alongRay(const Plane& plane, const Vector3f& point) const {
   const float slope = std::abs(plane.normal().dot((point - sensor_).normalized()));
-  return slope < kFlattest ? std::numeric_limits<float>::infinity()
-                           : plane.absDistance(point) / slope;
+  return slope < kMinRaySlope ? std::numeric_limits<float>::infinity()
+                              : plane.absDistance(point) / slope;
 }
 
 float SupportPlanes::tolerance(const Vector3f& point) const { return toleranceAt(point, noise_); }
@@ -374,7 +375,8 @@ float SupportPlanes::toleranceAt(const Vector3f& point, const DepthNoise& noise)
   return noise.toleranceAt(range, range > 0 ? std::abs(ray.z()) / range : 1);
 }
 
-/// The last strip of a table is narrower than a tile, in which the sensor looks past it, too.
+/// Returns whether a surface exists at a place. The last strip of a table is narrower than a tile,
+/// so that the sensor also looks past the table there: neighboring places count as well.
 bool SupportPlanes::isThere(const Surface& surface, const Vector3f& place) const {
   const auto extentAt = [&](const Vector3f& at) {
     const auto tile = grid_.tileAt(at);
@@ -383,8 +385,8 @@ bool SupportPlanes::isThere(const Surface& surface, const Vector3f& place) const
   const Extent extent = extentAt(place);
   if (extent == Extent::kThere || extent == Extent::kNotThere) return extent == Extent::kThere;
   if (extent == Extent::kUnknown && &surface == &surfaces_.front()) return true;
-  return std::any_of(kAside.begin(), kAside.end(), [&](const Eigen::Vector2f& aside) {
-    return extentAt(place + Vector3f(aside.x(), aside.y(), 0)) == Extent::kThere;
+  return std::any_of(kEdgeOffsets.begin(), kEdgeOffsets.end(), [&](const Eigen::Vector2f& offset) {
+    return extentAt(place + Vector3f(offset.x(), offset.y(), 0)) == Extent::kThere;
   });
 }
 
@@ -395,7 +397,8 @@ bool SupportPlanes::contain(const Vector3f& point) const {
   });
 }
 
-/// A plane that is seen around the place counts more than one that would be there if it went on.
+/// Surfaces with visible points around the place take precedence over those that may continue
+/// there.
 std::optional<float> SupportPlanes::heightBelow(const Vector3f& place, float radius) const {
   std::optional<float> seen, continued;
   const auto raise = [&](std::optional<float>& height, float here) {

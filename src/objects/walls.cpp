@@ -20,31 +20,31 @@ using Eigen::AlignedBox2f;
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kCell = 0.1F;         // m: of a wall, and of the floor plan
-constexpr float kLeastHeight = 0.8F;  // m: of a wall that is seen in a column
-constexpr float kLeastWidth = 1.5F;   // m: of such columns together; a pallet has 1.2
-constexpr float kWidestGap = 1.0F;    // m: that something before a wall hides of it
-constexpr float kMostSlope = 0.17F;   // sine of 10°: of a wall, or of the global frame
-constexpr float kLeastApart = 0.5F;   // m: two points that tell where a wall is
-constexpr int kMostWalls = 6;
+constexpr float kCell = 0.1F;           // m: of a wall, and of the floor plan
+constexpr float kMinWallHeight = 0.8F;  // m: of a wall in each column, as far as it is visible
+constexpr float kMinWallWidth = 1.5F;   // m: of all its columns; a pallet is 1.2 m wide
+constexpr float kMaxWallGap = 1.0F;     // m: that something in front of a wall may hide
+constexpr float kMaxWallTilt = 0.17F;   // sine of 10°: from the vertical of the global frame
+constexpr float kMinBaseline = 0.5F;    // m: horizontally between two points that define a plane
+constexpr int kMaxWalls = 6;
 constexpr int kWallTrials = 80;
-constexpr std::size_t kCompared = 600;  // points by which planes are compared
-constexpr std::size_t kFewestPoints = 100;
+constexpr std::size_t kWallSample = 600;  // points by which planes are compared
+constexpr std::size_t kMinWallPoints = 100;
 
-/// The horizontal direction along an upright plane.
+/// Horizontal direction along an upright plane.
 Vector2f alongWall(const Eigen::Hyperplane<float, 3>& plane) {
   return Vector2f(-plane.normal().y(), plane.normal().x()).normalized();
 }
 
-/// Where a point is on a wall: along it, and how high, m.
+/// Position of a point on a wall: along it, and its height, m.
 Vector2f onWall(const Vector2f& along, const Vector3f& point) {
   return {along.dot(point.head<2>()), point.z()};
 }
 
 int wallCell(float place) { return static_cast<int>(std::floor(place / kCell)); }
 
-/// The plane with the least mean square of distances.
-Eigen::Hyperplane<float, 3> meanPlane(const std::vector<Vector3f>& points) {
+/// Least-squares plane.
+Eigen::Hyperplane<float, 3> fittedPlane(const std::vector<Vector3f>& points) {
   Vector3f center = Vector3f::Zero();
   for (const Vector3f& point : points) center += point / static_cast<float>(points.size());
   Eigen::Matrix3f spread = Eigen::Matrix3f::Zero();
@@ -59,27 +59,27 @@ Walls::Walls(const std::vector<Vector3f>& points, Vector3f sensor, const DepthNo
 }
 
 void Walls::update(const std::vector<Vector3f>& points, const Vector3f& sensor,
-                   const DepthNoise& noise, bool seeks_more) {
+                   const DepthNoise& noise, bool finds_new) {
   sensor_ = sensor;
   noise_ = noise;
   const std::vector<Wall> before = std::exchange(walls_, {});
-  if (before.empty() && !seeks_more) return;
+  if (before.empty() && !finds_new) return;
   std::vector<Vector3f> tall = tallPoints(points);
   for (const Wall& wall : before) {
     std::vector<Vector3f> on;
     std::copy_if(tall.begin(), tall.end(), std::back_inserter(on),
                  [&](const Vector3f& it) { return isOn(wall.plane, it); });
-    if (on.size() >= kFewestPoints) take(meanPlane(on), kLeastWidth / 2, tall);
+    if (on.size() >= kMinWallPoints) addIfWall(fittedPlane(on), kMinWallWidth / 2, tall);
   }
-  while (seeks_more && walls_.size() < kMostWalls) {
+  while (finds_new && walls_.size() < kMaxWalls) {
     const auto plane = largest(tall);
-    if (!plane || !take(*plane, kLeastWidth, tall)) break;
+    if (!plane || !addIfWall(*plane, kMinWallWidth, tall)) break;
   }
 }
 
-/// Keeps a plane if it is a wall, and removes its points.
-bool Walls::take(const Plane& plane, float least_width, std::vector<Vector3f>& tall) {
-  const auto extent = extentOf(plane, tall, least_width);
+/// Adds a plane if it is a wall, and removes its points from `tall`.
+bool Walls::addIfWall(const Plane& plane, float min_width, std::vector<Vector3f>& tall) {
+  const auto extent = extentOf(plane, tall, min_width);
   if (!extent) return false;
   walls_.push_back({plane, alongWall(plane), *extent});
   const auto isTaken = [&](const Vector3f& it) {
@@ -96,9 +96,9 @@ bool Walls::isOn(const Plane& plane, const Vector3f& point) const {
   return plane.absDistance(point) < noise_.toleranceAt(range, slope);
 }
 
-/// The points above and below which there are others at many heights.
+/// Points in columns with others at many heights.
 std::vector<Vector3f> Walls::tallPoints(const std::vector<Vector3f>& points) const {
-  using Heights = std::bitset<64>;  // cells of 3.2 m below the sensor, and as many above
+  using Heights = std::bitset<64>;  // cells over 3.2 m below the sensor, and as many above
   const auto tile = [](const Vector3f& it) {
     return (static_cast<std::int64_t>(wallCell(it.x())) << 32) + wallCell(it.y());
   };
@@ -111,23 +111,23 @@ std::vector<Vector3f> Walls::tallPoints(const std::vector<Vector3f>& points) con
   std::copy_if(points.begin(), points.end(), std::back_inserter(tall), [&](const Vector3f& it) {
     const auto found = heights.find(tile(it));
     return found != heights.end() &&
-           static_cast<float>(found->second.count()) * kCell >= kLeastHeight;
+           static_cast<float>(found->second.count()) * kCell >= kMinWallHeight;
   });
   return tall;
 }
 
-/// The upright plane through two of the points that has most of all points (RANSAC).
+/// Upright plane through two of the points that contains the most points (RANSAC).
 std::optional<Walls::Plane> Walls::largest(const std::vector<Vector3f>& points) const {
-  if (points.size() < kFewestPoints) return std::nullopt;
-  std::mt19937 random(1);  // always the same: what is found depends on this cloud alone
-  const std::size_t stride = points.size() / kCompared + 1;
+  if (points.size() < kMinWallPoints) return std::nullopt;
+  std::mt19937 random(1);  // fixed seed: the result depends on this cloud alone
+  const std::size_t stride = points.size() / kWallSample + 1;
   Plane best(Vector3f::UnitX(), 0);
   std::size_t most = 0;
   for (int trial = 0; trial < kWallTrials; ++trial) {
     const Vector3f one = points[random() % points.size()];
     const Vector3f other = points[random() % points.size()];
     const Vector2f way = (other - one).head<2>();
-    if (way.norm() < kLeastApart) continue;
+    if (way.norm() < kMinBaseline) continue;
     const Plane plane(Vector3f(-way.y(), way.x(), 0).normalized(), one);
     std::size_t count = 0;
     for (std::size_t index = 0; index < points.size(); index += stride)
@@ -141,17 +141,17 @@ std::optional<Walls::Plane> Walls::largest(const std::vector<Vector3f>& points) 
     std::vector<Vector3f> on;
     std::copy_if(points.begin(), points.end(), std::back_inserter(on),
                  [&](const Vector3f& it) { return isOn(best, it); });
-    if (on.size() < kFewestPoints) return std::nullopt;
-    best = meanPlane(on);
+    if (on.size() < kMinWallPoints) return std::nullopt;
+    best = fittedPlane(on);
   }
   return best;
 }
 
-/// Where a plane is a wall: the longest row of columns that are tall enough, with no more between
-/// them than somebody may hide.
+/// Extent of the wall in a plane: the longest row of columns that are tall enough, with gaps that
+/// people in front of it may cause.
 std::optional<AlignedBox2f> Walls::extentOf(const Plane& plane, const std::vector<Vector3f>& points,
-                                            float least_width) const {
-  if (std::abs(plane.normal().z()) > kMostSlope) return std::nullopt;
+                                            float min_width) const {
+  if (std::abs(plane.normal().z()) > kMaxWallTilt) return std::nullopt;
   const Vector2f along = alongWall(plane);
   std::map<int, std::set<int>> columns;
   for (const Vector3f& point : points) {
@@ -162,8 +162,8 @@ std::optional<AlignedBox2f> Walls::extentOf(const Plane& plane, const std::vecto
   AlignedBox2f best, row;
   int most = 0, count = 0, last = 0;
   for (const auto& [column, heights] : columns) {
-    if (static_cast<float>(heights.size()) * kCell < kLeastHeight) continue;
-    if (static_cast<float>(column - last) * kCell > kWidestGap) {
+    if (static_cast<float>(heights.size()) * kCell < kMinWallHeight) continue;
+    if (static_cast<float>(column - last) * kCell > kMaxWallGap) {
       row.setEmpty();
       count = 0;
     }
@@ -174,7 +174,7 @@ std::optional<AlignedBox2f> Walls::extentOf(const Plane& plane, const std::vecto
     most = count;
     best = row;
   }
-  if (static_cast<float>(most) * kCell < least_width) return std::nullopt;
+  if (static_cast<float>(most) * kCell < min_width) return std::nullopt;
   return best;
 }
 

@@ -13,8 +13,8 @@
 
 namespace process_visualizer::objects {
 
-/// A camera that sees triangles as a Kinect does: 640 x 480 px, depths with steps that grow with
-/// the square of the distance, noise, and pixels on edges that see both sides.
+/// A camera that sees triangles as a Kinect does: 640 x 480 px, quantized depths with steps that
+/// grow with the square of the distance, noise, and mixed pixels on edges.
 class DepthCamera {
  public:
   static constexpr int kWidth = 640, kHeight = 480;
@@ -27,18 +27,18 @@ class DepthCamera {
         depths_(kWidth * kHeight, std::numeric_limits<float>::infinity()),
         things_(kWidth * kHeight, kNothing) {}
 
-  /// Draws a surface; `thing` is what its pixels are said to belong to.
+  /// Draws a surface, whose pixels get the label `thing`.
   void draw(const cloud::Surface& mesh, const Eigen::Isometry3f& world_from_mesh,
             std::int8_t thing) {
     const Eigen::Isometry3f transform = camera_from_world_ * world_from_mesh;
     for (const auto& [a, b, c] : mesh) draw({transform * a, transform * b, transform * c}, thing);
   }
 
-  /// What each pixel belongs to.
+  /// The label of each pixel.
   const std::vector<std::int8_t>& things() const { return things_; }
 
-  /// The cloud that it sees, in its frame; NaN where there is nothing. Half of the pixels on edges
-  /// see both sides, and belong to `kMixed` from then on.
+  /// Returns the cloud in the camera's frame; NaN where there is nothing. Half of the pixels on
+  /// edges are mixed, and have the label `kMixed` from then on.
   Points points(std::mt19937& random) {
     const std::vector<float> depths = mixed(random);
     Points points;
@@ -63,7 +63,7 @@ class DepthCamera {
     return 348 / std::round(348 / depth + noise(random));
   }
 
-  /// The depths, half of those on edges between both sides.
+  /// The depths, with mixed pixels on half of the edges.
   std::vector<float> mixed(std::mt19937& random) {
     std::vector<float> depths = depths_;
     std::uniform_real_distribution<float> part(0, 1);
@@ -79,7 +79,7 @@ class DepthCamera {
     return depths;
   }
 
-  /// Draws the pixels whose centres lie in a triangle in front of the camera.
+  /// Draws the pixels whose centers lie in a triangle in front of the camera.
   void draw(const cloud::Triangle& triangle, std::int8_t thing) {
     const auto& [a, b, c] = triangle;
     if (std::min({a.z(), b.z(), c.z()}) < 0.05F) return;
@@ -104,7 +104,7 @@ class DepthCamera {
     }
   }
 
-  /// Whether a ray from the origin meets a triangle: it is on one side of all three edges.
+  /// Returns whether a ray from the origin hits a triangle, on one side of all three edges.
   static bool isInside(const cloud::Triangle& triangle, const Eigen::Vector3f& ray) {
     const auto& [a, b, c] = triangle;
     const float ab = ray.dot(a.cross(b)), bc = ray.dot(b.cross(c)), ca = ray.dot(c.cross(a));
@@ -116,7 +116,7 @@ class DepthCamera {
   std::vector<std::int8_t> things_;
 };
 
-/// A camera at a place that looks straight down, the image's upper edge towards y.
+/// Pose of a camera that looks straight down, with the image's upper edge towards y.
 inline Eigen::Isometry3f lookingDown(const Eigen::Vector3f& place) {
   return Eigen::Translation3f(place) *
          Eigen::AngleAxisf(static_cast<float>(M_PI), Eigen::Vector3f::UnitX());

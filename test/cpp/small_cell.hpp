@@ -17,7 +17,7 @@ inline Eigen::Isometry3f at(const Eigen::Vector3f& place, float yaw = 0) {
   return Eigen::Translation3f(place) * Eigen::AngleAxisf(yaw, Eigen::Vector3f::UnitZ());
 }
 
-/// A robot of two links beside each other, above a table.
+/// A robot of two links next to each other, above a table.
 class Cell {
  public:
   Cell() {
@@ -59,7 +59,7 @@ class Cell {
     return finder.find(points, finder.label(points, scene()), scene());
   }
 
-  /// Where the camera is, looking down.
+  /// Pose of the camera, which looks down.
   static Eigen::Isometry3f camera() { return lookingDown({0.1F, 0.05F, 1.85F}); }
 
   const std::vector<KnownBody>& bodies() const { return bodies_; }
@@ -70,7 +70,7 @@ class Cell {
   std::vector<std::pair<Eigen::Vector3f, Eigen::Isometry3f>> objects_;
 };
 
-/// Finds objects in a cell and follows them, cloud by cloud at 30 Hz.
+/// Finds objects in a cell and tracks them, cloud by cloud at 30 Hz.
 class Follower {
  public:
   explicit Follower(const Cell& cell) : cell_(cell), finder_(cell.bodies(), FinderSettings()) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Clouds that are none, and scenes. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
+/// Invalid clouds. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -19,7 +19,7 @@ using sensor_msgs::PointCloud2;
 
 constexpr int kWidth = 40, kHeight = 30;
 
-/// A table with something on it, as seen from above.
+/// A table with an object on it, seen from above.
 PointCloud2 makeCloud() {
   PointCloud2 cloud;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
@@ -38,9 +38,9 @@ PointCloud2 makeCloud() {
   return cloud;
 }
 
-/// The whole chain, of a camera that looks down.
+/// Runs the complete pipeline, with a camera that looks down.
 std::size_t countObjects(PointCloud2 cloud) {
-  cloud.data.shrink_to_fit();  // so that the sanitizer sees each byte that is read behind the data
+  cloud.data.shrink_to_fit();  // so that the sanitizer sees each byte read beyond the data
   Scene scene;
   scene.global_from_cloud = Eigen::Translation3f(0, 0, 2) *
                             Eigen::AngleAxisf(static_cast<float>(M_PI), Eigen::Vector3f::UnitX());
@@ -69,7 +69,7 @@ void set(PointCloud2& cloud, std::mt19937& random, float value) {
   (place + static_cast<int>(random() % (kWidth * kHeight)))[static_cast<int>(random() % 3)] = value;
 }
 
-/// Changes one number of the cloud to anything.
+/// Changes one number of the cloud to an arbitrary value.
 void mutate(PointCloud2& cloud, std::mt19937& random) {
   const std::uint32_t any[] = {0, 1, 3, 4, 5, 12, 31, 33, 128, 0x7FFFFFFF, 0xFFFFFFFF};
   sensor_msgs::PointField& field = cloud.fields[random() % cloud.fields.size()];

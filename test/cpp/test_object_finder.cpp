@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// From clouds to objects, in a small cell that is seen as by a Kinect.
+/// Objects found in clouds of a small cell, as a Kinect would see it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class ObjectFinderTest : public testing::Test {
  protected:
   ObjectFinderTest() { cell_.poseRobot(0.3F); }
 
-  /// What a sensor sees that is wrong for whole patches. \param noise  m at 1 m
+  /// Points of a sensor whose error is the same for whole patches. \param noise  m at 1 m
   Points patchy(float noise) {
     std::normal_distribution<float> normal(0, 1);
     Points points = cell_.picture().points(random_);
@@ -48,7 +48,7 @@ TEST_F(ObjectFinderTest, NothingInAClearCell) {
   }
 }
 
-/// A sensor with two eyes near to each other is wrong by 2 cm at 2.2 m, for whole patches.
+/// A stereo sensor with a short baseline is wrong by 2 cm at 2.2 m, for whole patches.
 TEST_F(ObjectFinderTest, NothingInAClearCellOfANoisySensor) {
   for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {
     cell_.poseRobot(yaw);
@@ -61,37 +61,37 @@ TEST_F(ObjectFinderTest, NothingInAClearCellOfANoisySensor) {
 
 TEST_F(ObjectFinderTest, ItIsKnownHowSmallSomethingMayBe) {
   FinderSettings settings;
-  const auto smallest = [&](const Points& points) {
+  const auto limit = [&](const Points& points) {
     ObjectFinder finder(cell_.bodies(), settings);
-    return finder.sight(points, finder.label(points, cell_.scene()));
+    return finder.detectionLimit(points, finder.label(points, cell_.scene()));
   };
   const Points points = cell_.picture().points(random_);
-  EXPECT_LT(smallest(points)->smallest, 0.04F);
+  EXPECT_LT(limit(points)->size, 0.04F);
   settings.noise = DepthNoise{0.0042F};
-  const auto noisy = smallest(points);
-  EXPECT_NEAR(noisy->smallest, 4 * 0.0042F * noisy->range * noisy->range, 1e-4F);
-  EXPECT_GT(noisy->smallest, 0.05F);
-  EXPECT_FALSE(smallest(Points{{Vector3f::Constant(NAN)}, 1, 1}));
+  const auto noisy = limit(points);
+  EXPECT_NEAR(noisy->size, 4 * 0.0042F * noisy->range * noisy->range, 1e-4F);
+  EXPECT_GT(noisy->size, 0.05F);
+  EXPECT_FALSE(limit(Points{{Vector3f::Constant(NAN)}, 1, 1}));
 }
 
 TEST_F(ObjectFinderTest, TheRobotAndNothingElseIsKnown) {
-  std::size_t robot = 0, missed = 0, others = 0, taken = 0;
+  std::size_t robot = 0, missed = 0, others = 0, wrong = 0;
   for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {
     cell_.poseRobot(yaw);
     DepthCamera camera = cell_.picture();
     const auto labels =
         ObjectFinder(cell_.bodies(), kSettings).label(camera.points(random_), cell_.scene());
     for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
-      if (camera.things()[pixel] < 0) continue;  // nothing, or made up
+      if (camera.things()[pixel] < 0) continue;  // nothing, or a mixed pixel
       const bool is_known = labels[pixel] != Label::kFree;
       ++(camera.things()[pixel] == kRobot ? robot : others);
       if (camera.things()[pixel] == kRobot && !is_known) ++missed;
-      if (camera.things()[pixel] != kRobot && is_known) ++taken;
+      if (camera.things()[pixel] != kRobot && is_known) ++wrong;
     }
   }
   EXPECT_GT(robot, 50000U);
   EXPECT_LE(missed, robot / 200);
-  EXPECT_LE(taken, others / 200);
+  EXPECT_LE(wrong, others / 200);
 }
 
 TEST_F(ObjectFinderTest, AnObjectHasItsSizePlaceAndDistance) {
@@ -122,14 +122,14 @@ TEST_F(ObjectFinderTest, FiveObjectsAreFive) {
   EXPECT_EQ(cell_.find(random_).size(), 5U);
 }
 
-/// From above the shoulder hides what is between the chest and the arm.
+/// From above, the shoulder hides the part between the chest and the arm.
 TEST_F(ObjectFinderTest, AnArmBesideSomebodyIsNoObjectOfItsOwn) {
   cell_.add({0.3F, 0.3F, 0.9F}, at({-0.5F, 0.2F, 0.45F}));
   cell_.add({0.3F, 0.08F, 0.08F}, at({-0.45F, -0.1F, 0.5F}));
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
-/// What is seen of a hand is fewer pixels than an object has.
+/// The visible part of a hand has fewer pixels than an object.
 TEST_F(ObjectFinderTest, TheTipOfALimbCountsForTheDistanceOfSomebody) {
   const Vector3f tip(-0.1F, 0.25F, 0.5F);
   for (const bool has_tip : {false, true}) {
@@ -142,7 +142,7 @@ TEST_F(ObjectFinderTest, TheTipOfALimbCountsForTheDistanceOfSomebody) {
   }
 }
 
-/// A rod is too thin for an object.
+/// A rod is too thin to be an object.
 TEST_F(ObjectFinderTest, WhatSomebodyHoldsCountsForTheirDistance) {
   const Vector3f rod(-0.2F, 0.2F, 0.7F);
   cell_.add({0.3F, 0.3F, 0.9F}, at({-0.6F, 0.2F, 0.45F}));
@@ -152,7 +152,7 @@ TEST_F(ObjectFinderTest, WhatSomebodyHoldsCountsForTheirDistance) {
   EXPECT_LT((found[0].robot->on_object - rod).norm(), 0.12F);
 }
 
-/// A box that is far from a tip does not reach to it.
+/// A tip does not count for a box far away.
 TEST_F(ObjectFinderTest, ATipIsOfNothingThatIsFarAway) {
   cell_.add({0.3F, 0.3F, 0.3F}, at({-0.6F, 0.2F, 0.15F}));
   const float alone = cell_.find(random_).at(0).robot->distance;
@@ -160,7 +160,7 @@ TEST_F(ObjectFinderTest, ATipIsOfNothingThatIsFarAway) {
   EXPECT_NEAR(cell_.find(random_).at(0).robot->distance, alone, 0.01F);
 }
 
-/// It reaches 0.5 m to the side, and is as thin as any leg.
+/// The leg reaches 0.5 m to the side, and is as thin as any leg.
 TEST_F(ObjectFinderTest, ALegThatSwingsBesideSomebodyIsNoObjectOfItsOwn) {
   cell_.add({0.3F, 0.3F, 0.9F}, at({-0.5F, 0.2F, 0.45F}));
   cell_.add({0.08F, 0.08F, 0.75F},
@@ -168,7 +168,7 @@ TEST_F(ObjectFinderTest, ALegThatSwingsBesideSomebodyIsNoObjectOfItsOwn) {
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
-/// Legs and a chest are two groups, and neither is as high as a person.
+/// Legs and a chest are two groups, neither of them as high as a person.
 TEST_F(ObjectFinderTest, AFootBesideTheLegsOfSomebodyIsNoObjectOfItsOwn) {
   cell_.add({0.3F, 0.3F, 0.4F}, at({-0.5F, 0.2F, 0.7F}));
   cell_.add({0.2F, 0.2F, 0.3F}, at({-0.32F, 0.2F, 0.15F}));
@@ -176,7 +176,7 @@ TEST_F(ObjectFinderTest, AFootBesideTheLegsOfSomebodyIsNoObjectOfItsOwn) {
   EXPECT_EQ(cell_.find(random_).size(), 1U);
 }
 
-/// A chest and legs that were seen as two objects move on as one; two things that stand are two.
+/// A chest and legs that were seen as two objects move on as one; two standing objects stay two.
 TEST_F(ObjectFinderTest, PartsOfSomebodyThatMoveTogetherAreOne) {
   const Vector3f chest(0.3F, 0.3F, 0.4F), legs(0.2F, 0.2F, 0.3F);
   const Vector3f above(-0.5F, 0.2F, 0.7F), below(-0.32F, 0.2F, 0.15F);
@@ -209,7 +209,7 @@ TEST_F(ObjectFinderTest, WhatReachesBeyondThePictureIsCut) {
   cell_.add({0.4F, 0.2F, 0.1F}, at({-0.5F, 0.3F, 0.05F}));
   const auto found = cell_.find(random_);
   ASSERT_EQ(found.size(), 2U);
-  for (const FoundObject& it : found) EXPECT_EQ(it.isCut(), it.box.center.x() > 0);
+  for (const FoundObject& it : found) EXPECT_EQ(it.isTruncated(), it.box.center.x() > 0);
 }
 
 TEST_F(ObjectFinderTest, SomethingThatHoversReachesNotDownToTheTable) {
@@ -244,8 +244,8 @@ TEST_F(ObjectFinderTest, WhatIsExpectedOrOutsideTheRegionIsNoObject) {
   EXPECT_EQ(count(scene), 0U);
 }
 
-/// A box whose upper side is 1 cm below the region, or below what is expected, is seen by a
-/// sensor that is wrong by 2 cm; in the middle something is 10 cm higher.
+/// A sensor that is wrong by 2 cm sees a box whose upper side is 1 cm below the region, or 1 cm
+/// below an expected object. Then there is something 10 cm higher on it.
 TEST_F(ObjectFinderTest, WhatNoiseMovesIntoTheRegionIsNoObject) {
   cell_.add({0.6F, 0.6F, 0.1F}, at({-0.3F, -0.2F, 0.6F}));
   const Eigen::Isometry3d from_camera = kCamera.cast<double>();
@@ -298,7 +298,7 @@ TEST_F(ObjectFinderTest, ASensorThatWasMovedSeesThroughTheRobot) {
   EXPECT_TRUE(wrong.isContradiction());
 }
 
-/// A small robot, seen from far away, is a few sights only.
+/// A small robot is hit by only a few rays from far away.
 TEST_F(ObjectFinderTest, OneThatIsSeenFromFarAwayDoesToo) {
   Eigen::Isometry3f pose = Cell::camera();
   pose.translation().z() = 4.2F;
@@ -312,8 +312,8 @@ TEST_F(ObjectFinderTest, OneThatIsSeenFromFarAwayDoesToo) {
   EXPECT_TRUE(finder.agreement(points, finder.label(points, scene), scene).isContradiction());
 }
 
-/// A wall and a box that is 6 cm before it are two objects; once the wall is outside of the region,
-/// only the box is one.
+/// A wall and a box 6 cm in front of it are two objects; only the box is left once the wall is
+/// outside of the region.
 TEST_F(ObjectFinderTest, WhatStandsBeforeAWallIsNoPartOfIt) {
   Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
   const Vector3f ahead = Vector3f(-2.6F, 0, -1.1F).normalized();
@@ -342,7 +342,7 @@ TEST_F(ObjectFinderTest, WhatStandsBeforeAWallIsNoPartOfIt) {
 }
 
 /// The upper disc of a drum hides the upper part of its core from a sensor that is a little higher.
-/// What hovers 0.2 m above something is an object of its own.
+/// A disc that hovers 0.2 m above something is an object of its own.
 TEST_F(ObjectFinderTest, WhatIsRightBelowItsTopIsAPartOfIt) {
   Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
   const Vector3f ahead = Vector3f(-2, 0, -0.6F).normalized();
@@ -381,8 +381,8 @@ TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
   EXPECT_EQ(finder.label(plain, cell_.scene()), expected);
 }
 
-/// A surface that is seen at a flat angle, four pixels wide: next to each other they are farther
-/// apart than mixed pixels may be, but evenly. What an edge mixes lies anywhere between.
+/// A surface seen at a flat angle, four pixels wide: the steps between neighbors are larger than on
+/// a usual surface, but even. The mixed pixels of an edge lie anywhere between both surfaces.
 TEST(StrayPoints, ASteepSurfaceIsThinAndAnEdgeIsStray) {
   Points points;
   points.width = points.height = 24;

@@ -42,7 +42,7 @@ float bruteDistance(const cloud::Surface& mesh, const Vector3f& place) {
   return distance;
 }
 
-/// A box without a lid: its inside is a cavity.
+/// A box without a lid, whose inside is a cavity.
 cloud::Surface openBox() {
   cloud::Surface mesh;
   for (const auto& [size, place] :
@@ -102,7 +102,7 @@ TEST(PosedBodies, CoverWhatTheirFieldsSay) {
   std::vector<KnownBody> bodies;
   std::vector<Eigen::Isometry3f> poses;
   Places places;
-  for (int number = 0; number < 70; ++number) {  // more than a word of the masks has bits
+  for (int number = 0; number < 70; ++number) {  // more than the bits of a mask's word
     bodies.emplace_back("link", cloud::boxSurface({0.3F, 0.05F, 0.1F}), kReach, false);
     poses.push_back(Eigen::Translation3f(places.next(1.5F)) *
                     Eigen::AngleAxisf(static_cast<float>(number), places.next(1).normalized()));
@@ -155,15 +155,15 @@ TEST(Clusters, AreThoseOfBruteForce) {
   for (int round = 0; round < 20; ++round) {
     std::vector<Vector3f> points;
     for (int number = 0; number < 150; ++number) points.push_back(places.next(0.3F));
-    const float cube = 0.04F;
-    const auto clusters = clustersOf(points, cube, 1);
+    const float voxel = 0.04F;
+    const auto clusters = clustersOf(points, voxel, 1);
     std::size_t count = 0;
     for (const Indices& one : clusters) {
       count += one.size();
       for (const Indices& other : clusters) {
         if (&one == &other) continue;
         for (const std::uint32_t a : one)
-          for (const std::uint32_t b : other) EXPECT_GT((points[a] - points[b]).norm(), cube);
+          for (const std::uint32_t b : other) EXPECT_GT((points[a] - points[b]).norm(), voxel);
       }
     }
     EXPECT_EQ(count, points.size());
@@ -200,17 +200,17 @@ TEST(SupportPlanes, ATiltedTableIsOneAndAWallIsNone) {
   EXPECT_FALSE(SupportPlanes({}, {0, 0, 2}, 0.5F).contain({0, 0, 0}));
 }
 
-/// A box along the axes.
+/// An axis-aligned box.
 struct Block {
-  Vector3f least, most;
+  Vector3f min, max;
 
   bool contains(const Vector3f& place) const {
-    return (place.array() >= least.array()).all() && (place.array() <= most.array()).all();
+    return (place.array() >= min.array()).all() && (place.array() <= max.array()).all();
   }
 };
 
-/// What a sensor sees of blocks, by rays over an angle around the direction to a place, with noise
-/// along them (m at 1 m).
+/// Points of blocks along a sensor's rays around the direction to a place, with noise along the
+/// rays (m at 1 m).
 std::vector<Vector3f> seen(const Vector3f& sensor, const Vector3f& place,
                            const std::vector<Block>& blocks, float noise) {
   std::mt19937 random(3);
@@ -223,8 +223,8 @@ std::vector<Vector3f> seen(const Vector3f& sensor, const Vector3f& place,
       const Vector3f ray = (ahead + x * aside + y * up).normalized();
       float nearest = 10;
       for (const Block& block : blocks) {
-        const Eigen::Array3f a = (block.least - sensor).array() / ray.array();
-        const Eigen::Array3f b = (block.most - sensor).array() / ray.array();
+        const Eigen::Array3f a = (block.min - sensor).array() / ray.array();
+        const Eigen::Array3f b = (block.max - sensor).array() / ray.array();
         const float begin = a.min(b).maxCoeff(), end = a.max(b).minCoeff();
         if (begin > 0 && begin < end) nearest = std::min(nearest, begin);
       }
@@ -238,7 +238,7 @@ std::vector<Vector3f> seen(const Vector3f& sensor, const Vector3f& place,
 const Block kGround{{-5, -5, -1}, {5, 5, 0}};
 const Block kTable{{-0.5F, -0.5F, 0}, {0.5F, 0.5F, 0.7F}};
 
-/// How many of the points in a block are on a surface.
+/// Share of the points in a block that are on a surface.
 double shareOn(const SupportPlanes& planes, const std::vector<Vector3f>& points,
                const Block& block) {
   double all = 0, on = 0;
@@ -265,7 +265,7 @@ TEST(SupportPlanes, EndWhereTheTableEnds) {
   }
 }
 
-/// Nothing but a wall is seen past the table.
+/// Past the table, the sensor sees nothing but a wall.
 TEST(SupportPlanes, EndWhereTheSensorLooksAtAWall) {
   const Vector3f sensor(2.5F, 0.3F, 2.2F), beyond(-0.7F, 0, 0.7F);
   const auto points = seen(sensor, {0, 0, 0.7F}, {kTable, {{-2, -5, -1}, {-1.9F, 5, 3}}}, 0.0013F);
@@ -288,7 +288,7 @@ TEST(SupportPlanes, AreNotInWalls) {
   }
 }
 
-/// An arm hides a strip of the table; what is beyond is too small to be a surface by itself.
+/// An arm hides a strip of the table; the part beyond is too small to be a surface by itself.
 TEST(SupportPlanes, GoOnBehindWhatHidesThem) {
   const Vector3f sensor(0.9F, 0.8F, 2.4F);
   const Block arm{{0.1F, -2, 1.2F}, {0.2F, 2, 1.3F}};
@@ -297,7 +297,7 @@ TEST(SupportPlanes, GoOnBehindWhatHidesThem) {
   EXPECT_GT(shareOn(planes, points, {{-0.45F, -0.45F, 0.65F}, {0.45F, 0.45F, 0.75F}}), 0.99);
 }
 
-/// Beside walls and boxes, the floor is less than half of what is near its height.
+/// Beside walls and boxes, less than half of the points near the floor belong to it.
 TEST(SupportPlanes, AreNotMadeNoisyByWhatStandsOnThem) {
   const Vector3f sensor(2.4F, 2.4F, 2.4F);
   std::vector<Block> blocks{
@@ -309,13 +309,13 @@ TEST(SupportPlanes, AreNotMadeNoisyByWhatStandsOnThem) {
   EXPECT_NEAR(SupportPlanes(points, sensor, 0.5F).noise().at_one_m, 0.0015F, 0.0003F);
 }
 
-/// Wherever the tiles are, the last strip of a table is a part of it.
+/// The last strip of a table is a part of it, wherever the borders of the tiles are.
 TEST(SupportPlanes, ReachToTheEdge) {
   const Vector3f sensor(0.9F, 0.3F, 2.4F);
   for (float shift = 0; shift < 0.1F; shift += 0.005F) {
     const Block table{{-0.5F, -0.5F, 0.68F}, {0.5F + shift, 0.5F + shift, 0.7F}};
     const auto points = seen(sensor, {0, 0, 0.5F}, {kGround, table}, 0.0013F);
-    std::vector<Vector3f> some;  // a larger cloud is not looked at as a whole
+    std::vector<Vector3f> some;  // as of a larger cloud, of which a sample is used
     for (std::size_t index = 0; index < points.size(); index += 7) some.push_back(points[index]);
     const SupportPlanes planes(some, sensor, 0.5F);
     const Block strip{{0.44F + shift, -0.4F, 0.65F}, {0.51F + shift, 0.4F, 0.75F}};
@@ -323,7 +323,7 @@ TEST(SupportPlanes, ReachToTheEdge) {
   }
 }
 
-/// Somebody who bends over a table hides a part of it; the rest is still no object.
+/// A person who bends over a table hides a part of it; the rest still does not become an object.
 TEST(SupportPlanes, StaySurfacesIfAPartIsHidden) {
   const Vector3f sensor(1.5F, 0.3F, 2.2F);
   const Block table{{-0.4F, -0.4F, 0.68F}, {0.4F, 0.4F, 0.7F}},
@@ -340,7 +340,7 @@ TEST(SupportPlanes, StaySurfacesIfAPartIsHidden) {
 const Block kLeftWall{{-2.1F, -5, 0}, {-2, 5, 3}}, kRightWall{{-5, -2.1F, 0}, {5, -2, 3}};
 const Vector3f kOpposite(2.4F, 2.3F, 2.4F), kIntoCorner(-1, -1, 0.8F);
 
-/// How many of the points in a block are on a wall.
+/// Share of the points in a block that are on a wall.
 double shareOn(const Walls& walls, const std::vector<Vector3f>& points, const Block& block) {
   double all = 0, on = 0;
   for (const Vector3f& point : points) {
@@ -424,8 +424,8 @@ TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
   }
 }
 
-/// Of a box that is seen over a corner there are two upright sides; the rectangle across the corner
-/// is as small.
+/// Two upright sides of a box are seen at a corner; the rectangle across the corner is as small as
+/// the right one.
 TEST(UprightBox, IsTheRightOneOverACorner) {
   Places places;
   for (const Eigen::Vector2f& size : {Eigen::Vector2f(0.1F, 0.1F), Eigen::Vector2f(0.3F, 0.37F)}) {
@@ -446,15 +446,16 @@ TEST(UprightBox, IsTheRightOneOverACorner) {
   }
 }
 
-/// A hand high above the floor: its side down there would be seen, although it is nearly below.
+/// A hand high above the floor: if it reached down, its side would be seen, although it is nearly
+/// below the sensor.
 TEST(UprightBox, HoversWhereItsSideWouldBeSeenIfItReachedDown) {
   const Vector3f sensor(0, 0, 2.9F);
   const UprightBox hand{{0.37F, 0, 1.27F}, {0.2F, 0.1F, 0.06F}, 0};
   EXPECT_NEAR(standing(hand, 0, 0.05F, sensor).size.z(), 0.06, 1e-6);
-  EXPECT_NEAR(standing(hand, 1.14F, 0.05F, sensor).size.z(), 0.16, 1e-6);  // 1 cm of it is no sign
+  EXPECT_NEAR(standing(hand, 1.14F, 0.05F, sensor).size.z(), 0.16, 1e-6);  // 1 cm may be missed
 }
 
-/// Of a box that is higher than the sensor only upright sides are seen.
+/// Only upright sides are seen of a box that is higher than the sensor.
 TEST(UprightBox, IsAsHighAsAnUprightFace) {
   Places places;
   Cluster points;
@@ -465,8 +466,8 @@ TEST(UprightBox, IsAsHighAsAnUprightFace) {
   EXPECT_NEAR(boxAround(points).size.z(), 0.6, 0.01);
 }
 
-/// Of a box that is seen from above, its level top counts, not a column that has little of the top
-/// and much of an upright side.
+/// If a box is seen from above, its level top counts, not a column with little of the top and much
+/// of an upright side.
 TEST(UprightBox, IsAsHighAsItsLevelTop) {
   Places places;
   Cluster points;
@@ -485,12 +486,12 @@ TEST(UprightBox, IsAsHighAsItsLevelTop) {
   EXPECT_NEAR(box.center.z() + box.size.z() / 2, half.z(), 0.005);
 }
 
-/// Noise along the line of sight moves points beyond the ends of a top that is seen from aside, and
-/// in front of a face; the box is that of the thing.
+/// Noise along the line of sight moves points beyond the ends of a top that is seen from the side,
+/// and in front of a face; the box still fits the object.
 TEST(UprightBox, IsNotLargerByTheNoiseOfTheSensor) {
   Places places;
   const float deviation = 0.015F;
-  const auto noise = [&] {  // of a sum of twelve even numbers, nearly normal
+  const auto noise = [&] {  // sum of twelve uniform numbers, nearly normal
     Vector3f sum = Vector3f::Zero();
     for (int number = 0; number < 4; ++number) sum += places.next(1.0F);
     return deviation * sum.sum() / 2;
@@ -553,7 +554,7 @@ TEST(LinkGeometry, BadDescriptionsAreRefused) {
   EXPECT_THROW(linkGeometries("no robot", readStl), std::invalid_argument);
   EXPECT_THROW(cloud::readSurface({1, 2, 3}, "a.stl"), std::invalid_argument);
   EXPECT_THROW(cloud::readSurface({}, "a"), std::invalid_argument);
-  std::string deep;  // a reader calls itself for each element in another one
+  std::string deep;  // a parser may recurse for each nested element
   for (int i = 0; i < 200'000; ++i) deep += "<a>";
   EXPECT_THROW(linkGeometries(robot(deep), readStl), std::invalid_argument);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Objects that a robot hides wholly or in part, and that pass each other.
+/// Objects that a robot hides completely or partly, and objects that pass each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// What the arm leaves of an object is compared with the whole.
+/// Compares the box of a partly hidden object with the complete size.
 void expectSize(const UprightBox& box, Vector3f size) {
   Vector3f seen = box.size;
   std::sort(seen.data(), seen.data() + 2);
@@ -37,7 +37,7 @@ TEST_F(OcclusionTest, AnArmThatPassesDividesNoObject) {
   Follower follower(cell_);
   for (int frame = 0; frame < 60; ++frame) {
     cell_.poseRobot(-0.1F + 0.03F * static_cast<float>(frame));
-    if (frame % 5 == 0) {  // even if nothing is known of earlier clouds
+    if (frame % 5 == 0) {  // even without earlier clouds
       EXPECT_EQ(cell_.find(random_).size(), 1U) << frame;
     }
     const auto tracked = follower.next(random_);
@@ -48,7 +48,7 @@ TEST_F(OcclusionTest, AnArmThatPassesDividesNoObject) {
   }
 }
 
-/// The gap between them is below the arm when it comes; before, they are seen as two.
+/// The objects are seen as two before the arm hides the gap between them.
 TEST_F(OcclusionTest, TwoObjectsStayTwoBelowAnArm) {
   cell_.add({0.2F, 0.2F, 0.1F}, at({0.4F, 0.17F, 0.05F}));
   cell_.add({0.2F, 0.2F, 0.1F}, at({0.4F, -0.17F, 0.05F}));
@@ -85,7 +85,7 @@ TEST_F(OcclusionTest, WhatARobotHidesIsRemembered) {
   EXPECT_TRUE(at_yaw(1, 5).empty());
 }
 
-/// One passes the other one so near that the sensor sees them as one thing.
+/// One object passes the other so closely that the sensor sees them as one.
 TEST_F(OcclusionTest, ObjectsThatPassEachOtherKeepTheirNumbers) {
   const Vector3f small(0.12F, 0.12F, 0.12F), large(0.25F, 0.2F, 0.15F);
   const Vector3f place(-0.55F, -0.2F, 0.075F);
@@ -109,13 +109,13 @@ TEST_F(OcclusionTest, ObjectsThatPassEachOtherKeepTheirNumbers) {
       expectSize(it.object.box, is_large ? large : small);
     }
   }
-  EXPECT_GT(touching, 2U);  // of the clouds, seen without those before
+  EXPECT_GT(touching, 2U);  // clouds that show one object without those before
   EXPECT_EQ(of_small.size(), 1U);
   EXPECT_EQ(of_large.size(), 1U);
 }
 
-/// Points of a box's upper side where x, seen along a direction, is less than a limit.
-FoundObject cutBox(const UprightBox& box, const Vector2f& direction, float limit) {
+/// A box with those points of its upper side whose coordinate along a direction is below a limit.
+FoundObject truncatedBox(const UprightBox& box, const Vector2f& direction, float limit) {
   FoundObject found{box, 0, std::nullopt};
   const int steps = 40;
   const auto placeAt = [&](int column, int row) -> Vector3f {
@@ -154,13 +154,14 @@ TEST(PartlyHidden, TheWholeIsKnownWhereverItIsCut) {
     const UprightBox box{{any(random), any(random), 0.1F},
                          {0.2F + 0.1F * any(random), 0.2F + 0.1F * any(random), 0.2F},
                          3 * any(random)};
-    // Parallel to an edge, or nearly so: then three sides show where it is.
+    // Parallel to an edge, or nearly so: three sides show where the box is.
     const float angle =
         box.yaw + static_cast<float>(M_PI_2) * static_cast<float>(round % 4) + 0.2F * any(random);
-    const FoundObject found = cutBox(box, {std::cos(angle), std::sin(angle)}, 0.05F * any(random));
-    UprightBox expected = box;
-    expected.center += 0.05F * Vector3f(any(random), any(random), 0);  // it moves unevenly
-    const UprightBox seen = completed(expected, found);
+    const FoundObject found =
+        truncatedBox(box, {std::cos(angle), std::sin(angle)}, 0.05F * any(random));
+    UprightBox predicted = box;
+    predicted.center += 0.05F * Vector3f(any(random), any(random), 0);  // it moves unevenly
+    const UprightBox seen = completed(predicted, found);
     EXPECT_LT((seen.center - box.center).norm(), 0.012) << round;
     EXPECT_LT((seen.size - box.size).norm(), 0.012) << round;
   }

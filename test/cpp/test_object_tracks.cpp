@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Numbers that stay, through occlusions, and nothing that survives a jump of time.
+/// Object numbers are stable, even through occlusions, and nothing survives a jump in time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "process_visualizer/objects/assignment.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 #include "process_visualizer/objects/played_recording.hpp"
@@ -54,7 +55,7 @@ TEST(ObjectTracks, ALargeOneIsShownAtOnceAsUnconfirmed) {
   EXPECT_TRUE(tracks.update(2 * kPeriod, {}).empty());
 }
 
-/// A box of 15 cm at 3 m/s, seen five times a second, flies towards a robot that stands.
+/// A box of 15 cm flies at 3 m/s towards a robot that stands, and is observed five times a second.
 TEST(ObjectTracks, WhatIsFastHasOneNumberAVelocityAndATimeToContact) {
   ObjectTracks tracks;
   tracks.update(0, {});
@@ -81,7 +82,7 @@ TEST(ObjectTracks, WhatGoesAwayHasNoTimeToContact) {
   }
 }
 
-/// A robot that lowers over an object hides it itself, and comes nearer all the time.
+/// A robot that lowers over an object hides it and comes nearer all the time.
 TEST(ObjectTracks, TheDistanceOfAHiddenObjectIsThatOfTheRobotNow) {
   ObjectTracks tracks;
   const auto isHidden = [](const UprightBox&) { return true; };
@@ -110,22 +111,22 @@ TEST(ObjectTracks, WhatIsHiddenOfAnObjectMayBeNearer) {
     for (const Vector3f& place : places) nearest = std::min(nearest, 0.3F - place.x());
     return RobotDistance{"arm", nearest, places[0], {0.3F, 0, 0}};
   };
-  FoundObject whole = object({0, 0, 0});
-  whole.places = {{-0.05F, 0, 0}, {0.05F, 0, 0}};
-  whole.robot = distanceOf(whole.places);
+  FoundObject complete = object({0, 0, 0});
+  complete.places = {{-0.05F, 0, 0}, {0.05F, 0, 0}};
+  complete.robot = distanceOf(complete.places);
   FoundObject part = object({-0.03F, 0, 0}, {0.04F, 0.2F, 0.1F});
   part.points = 50;
   part.places = {{-0.05F, -0.1F, 0}, {-0.01F, 0.1F, 0}};
   part.robot = distanceOf(part.places);
   part.rim = {{{0, 0, 0}, {1, 0, 0}, true}};
-  for (int frame = 0; frame < 3; ++frame) tracks.update(frame * kPeriod, {whole});
+  for (int frame = 0; frame < 3; ++frame) tracks.update(frame * kPeriod, {complete});
   const auto found = tracks.update(3 * kPeriod, {part}, isHidden, distanceOf);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_TRUE(found[0].is_seen);
   EXPECT_NEAR(found[0].object.robot->distance, 0.25F, 0.001);
 }
 
-/// A hand comes in first, then the one whose it is, 0.35 m beside it.
+/// A hand enters first, then the person it belongs to, 0.35 m beside it.
 TEST(ObjectTracks, SomebodyWhoComesInHasTheNumberOfTheHand) {
   ObjectTracks tracks;
   tracks.update(0, {});
@@ -139,7 +140,7 @@ TEST(ObjectTracks, SomebodyWhoComesInHasTheNumberOfTheHand) {
   EXPECT_TRUE(found[0].is_seen);
 }
 
-/// It is none of the things that stand beside the way.
+/// A person is not taken for an object that stands beside their path.
 TEST(ObjectTracks, SomebodyHasNotTheNumberOfWhatStands) {
   ObjectTracks tracks;
   FoundObject pole = object({0.3F, 0.2F, 0.3F}, {0.1F, 0.1F, 0.5F});
@@ -152,7 +153,7 @@ TEST(ObjectTracks, SomebodyHasNotTheNumberOfWhatStands) {
   EXPECT_TRUE(found[1].is_seen);
 }
 
-/// All that is seen of an object is a part of it, which is too far from its middle to be the whole.
+/// The only visible part of an object is too far from its center to be the complete object.
 TEST(ObjectTracks, APartIsSeenAlsoAlone) {
   ObjectTracks tracks;
   FoundObject body = object({0, 0, 0.9F}, {0.6F, 0.6F, 1.8F});
@@ -164,19 +165,19 @@ TEST(ObjectTracks, APartIsSeenAlsoAlone) {
   EXPECT_TRUE(found[0].is_seen);
 }
 
-/// A robot before a pole divides it, and then goes away.
+/// A robot in front of a pole divides it, and then goes away.
 TEST(ObjectTracks, TwoPartsThatAreOneHaveOneNumber) {
   ObjectTracks tracks;
-  const FoundObject whole = object({0, 0, 0.3F}, {0.1F, 0.1F, 0.6F});
+  const FoundObject complete = object({0, 0, 0.3F}, {0.1F, 0.1F, 0.6F});
   const auto parts = tracks.update(
       0, {object({0, 0, 0.1F}, {0.1F, 0.1F, 0.2F}), object({0, 0, 0.5F}, {0.1F, 0.1F, 0.2F})});
   ASSERT_EQ(parts.size(), 2U);
-  EXPECT_EQ(tracks.update(0.2, {whole}).size(), 1U);
+  EXPECT_EQ(tracks.update(0.2, {complete}).size(), 1U);
 }
 
-/// Somebody leaves: a foot is seen apart from the rest, and then only the legs.
+/// A person leaves: a foot is seen separately from the rest, and then only the legs.
 TEST(ObjectTracks, WhatIsLeftInViewOfSomebodyKeepsTheNumber) {
-  const auto cutObject = [](const Vector3f& place, const Vector3f& size) {
+  const auto truncatedObject = [](const Vector3f& place, const Vector3f& size) {
     FoundObject it = object(place, size);
     it.rim = {{place, {1, 0, 0}, true}};
     it.places = {place - size / 2, place + size / 2};
@@ -184,11 +185,11 @@ TEST(ObjectTracks, WhatIsLeftInViewOfSomebodyKeepsTheNumber) {
   };
   ObjectTracks tracks;
   for (int frame = 0; frame < 4; ++frame)
-    tracks.update(0.2 * frame,
-                  {cutObject({0.24F * static_cast<float>(frame), 0, 0.85F}, {0.6F, 0.5F, 1.7F})});
-  tracks.update(0.8, {cutObject({0.81F, -0.06F, 0.76F}, {0.5F, 0.45F, 1.2F}),
-                      cutObject({1.42F, -0.09F, 0.16F}, {0.1F, 0.06F, 0.06F})});
-  const auto found = tracks.update(1, {cutObject({1.17F, 0, 0.45F}, {0.2F, 0.32F, 0.66F})});
+    tracks.update(0.2 * frame, {truncatedObject({0.24F * static_cast<float>(frame), 0, 0.85F},
+                                                {0.6F, 0.5F, 1.7F})});
+  tracks.update(0.8, {truncatedObject({0.81F, -0.06F, 0.76F}, {0.5F, 0.45F, 1.2F}),
+                      truncatedObject({1.42F, -0.09F, 0.16F}, {0.1F, 0.06F, 0.06F})});
+  const auto found = tracks.update(1, {truncatedObject({1.17F, 0, 0.45F}, {0.2F, 0.32F, 0.66F})});
   const auto first = std::find_if(found.begin(), found.end(),
                                   [](const TrackedObject& it) { return it.number == 1; });
   ASSERT_NE(first, found.end());
@@ -208,8 +209,8 @@ TEST(ObjectTracks, ThePartThatIsNearestToARobotCounts) {
   EXPECT_FLOAT_EQ(found[0].object.robot->distance, 0.1F);
 }
 
-/// A hand that comes into view beside somebody is shown after three clouds; until then its distance
-/// is that of the person, unless it is too far away to be theirs.
+/// A hand that comes into view beside a person is shown after three clouds. Until then its distance
+/// counts for the person, unless it is too far away to be theirs.
 TEST(ObjectTracks, TheDistanceOfWhatIsNotShownYetCountsForSomebodyBesideIt) {
   for (const bool is_beside : {true, false}) {
     ObjectTracks tracks;
@@ -236,7 +237,7 @@ TEST(ObjectTracks, NoiseIsNoObject) {
   }
 }
 
-/// Five objects move, and one after the other is hidden for half a second.
+/// Five objects move and are hidden one after the other, for half a second each.
 TEST(ObjectTracks, NumbersStayThroughOcclusions) {
   ObjectTracks tracks;
   std::mt19937 random(4);
@@ -268,7 +269,7 @@ TEST(ObjectTracks, NumbersStayThroughOcclusions) {
   EXPECT_LE(exchanged, 1);
 }
 
-/// A hand that hovers: whether it reaches down to the floor cannot always be seen.
+/// A hovering hand: it is not always visible whether it reaches down to the floor.
 TEST(ObjectTracks, ANumberStaysWhereverTheUndersideIsThoughtToBe) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 60; ++frame) {
@@ -303,7 +304,7 @@ TEST(ObjectTracks, WhatIsHiddenIsRememberedAsLongAsItsPlaceIs) {
   EXPECT_TRUE(seen[0].is_seen);
 }
 
-/// An object on a circle is where it is expected after half a second.
+/// The prediction of an object on a circle is right after half a second.
 TEST(ObjectTracks, WhatMovesOnACircleIsExpectedThere) {
   std::mt19937 random(6);
   std::normal_distribution<float> noise(0, 0.002F);
@@ -324,7 +325,7 @@ TEST(ObjectTracks, WhatMovesOnACircleIsExpectedThere) {
   }
 }
 
-/// Near to a known one, beside something that may hide the rest of it.
+/// Parts near a known object, next to something that may hide the rest of it.
 TEST(ObjectTracks, APartIsNoNewObject) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 5; ++frame)
@@ -355,7 +356,7 @@ TEST(BestPairs, AreThoseOfBruteForce) {
     const auto pairs = bestPairs(costs);
     for (int row = 0; row < rows; ++row)
       found += pairs[row] ? costs(row, static_cast<int>(*pairs[row])) : kForbidden;
-    // Without partner: columns of its own for each row.
+    // Rows without a partner: additional columns stand for none.
     std::vector<int> order(columns + rows);
     std::iota(order.begin(), order.end(), 0);
     float best = kForbidden * 10;
@@ -375,7 +376,7 @@ TEST(ObjectTracks, NothingSurvivesAJumpOfTime) {
     for (int frame = 0; frame < 5; ++frame)
       tracks.update(100 + frame * kPeriod, {object({0, 0, 0}), object({1, 0, 0})});
     const auto seen = tracks.update(100 + jump, {object({0.1F, 0, 0}, {0.3F, 0.3F, 0.3F})});
-    ASSERT_EQ(seen.size(), 1U);  // the other one is not remembered, and this one's size not mixed
+    ASSERT_EQ(seen.size(), 1U);  // the other one is forgotten, and this one's size not smoothed
     EXPECT_EQ(seen[0].number, 1U);
     EXPECT_EQ(seen[0].object.box.size, Vector3f(0.3F, 0.3F, 0.3F));
   }
@@ -419,7 +420,7 @@ TEST(PlayedRecording, AJumpCountsForPresentStampsOnly) {
   PlayerState state;
   state.segment = 1;
   state.since = ros::Time(1000.0);
-  EXPECT_FALSE(recording.follow(state, kNow));  // the first state tells of no jump
+  EXPECT_FALSE(recording.follow(state, kNow));  // the first state is no jump
   EXPECT_FALSE(recording.isBefore(ros::Time(999.9)) || recording.isJustAfter(ros::Time(1000.0)));
   state.segment = 2;
   EXPECT_TRUE(recording.follow(state, kNow));

@@ -10,7 +10,7 @@
 
 namespace process_visualizer::objects {
 
-/// Sets that grow together (union-find); the first member stands for all of its set.
+/// Disjoint sets that can be joined (union-find). The first member represents its set.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parents_(count) {
@@ -34,49 +34,50 @@ class DisjointSets {
 using Cluster = std::vector<Eigen::Vector3f>;
 using Indices = std::vector<std::uint32_t>;
 
-/// Divides points into those that hang together: each lies in a cube of a grid, and cubes that
-/// touch belong together, at corners too. Points that are nearer than `cube` (its edge, m) are
-/// never apart; those farther than 3.5 times as much are never together without others between
-/// them. \return the points of each cluster of at least `fewest`, the order depends on the points
+/// Divides points into connected clusters: each point lies in a voxel of a grid, and voxels that
+/// touch are connected, even at corners. Points nearer to each other than `voxel` (its edge, m) are
+/// always in one cluster; points farther apart than 3.5 times as much are connected only by others
+/// between them.
+/// \return the points of each cluster of at least `min_points`; the order depends on the points
 /// alone
-std::vector<Indices> clustersOf(const std::vector<Eigen::Vector3f>& points, float cube,
-                                std::size_t fewest);
+std::vector<Indices> clustersOf(const std::vector<Eigen::Vector3f>& points, float voxel,
+                                std::size_t min_points);
 
-/// The mean of the points in each cube of a grid, m.
-std::vector<Eigen::Vector3f> thinned(const Cluster& points, float cube);
+/// Means of the points in each voxel of a grid, m.
+std::vector<Eigen::Vector3f> thinned(const Cluster& points, float voxel);
 
-/// A box that stands upright, in a frame whose z axis points up.
+/// An upright box, in a frame whose z axis points up.
 struct UprightBox {
   Eigen::Vector3f center;  ///< m
   Eigen::Vector3f size;    ///< full edge lengths, m
-  float yaw;               ///< of its first edge from the x axis, rad
+  float yaw;               ///< from the x axis to its first edge, rad
 };
 
-/// A place as it is seen from a box: from its center, along its edges, m.
+/// A place in the frame of a box, whose origin is its center and whose axes are its edges, m.
 Eigen::Vector3f inBox(const UprightBox& box, const Eigen::Vector3f& place);
 
-/// How far a place is from a box, m; 0 in it.
+/// Distance of a place from a box, m; 0 inside.
 float distanceTo(const UprightBox& box, const Eigen::Vector3f& place);
 
-/// The range of points along the edges of a box that is turned by `yaw` (rad), from the origin, m.
-/// The few strays at both ends are left out, and what the sensor's noise adds there.
-/// \param blur  standard deviation of the noise along the line of sight, seen from above, m
+/// Range of the points along the edges of a box that is turned by `yaw` (rad) about the origin, m.
+/// A few stray points at either end are left out, and the sensor's noise there is subtracted.
+/// \param blur  the same as for boxAround, its horizontal part
 Eigen::AlignedBox2f footprint(const Cluster& points, float yaw, const Eigen::Vector2f& blur);
 
-/// The box around what is seen of an object: of all with its height the one with the smallest base.
+/// Box around the visible part of an object: the one with the smallest base.
 /// \param points  of the object, at least one, m
-/// \param blur  standard deviation of the noise along the line of sight, m: its direction
+/// \param blur  vector along the line of sight, as long as the standard deviation of the noise, m
 UprightBox boxAround(const Cluster& points, const Eigen::Vector3f& blur = Eigen::Vector3f::Zero());
 
-/// The box of an object that may stand on the surface below it.
+/// Box of an object that may stand on the surface below it.
 ///
 /// The side that faces the sensor shows how far down an object reaches. One that reaches nearly to
-/// the surface below it stands on it; so does one whose side cannot be seen, at less than 11° from
-/// straight below a sensor.
-/// \param seen  the box around what is seen of it
+/// the surface stands on it. So does one whose side cannot be seen, less than 11° from straight
+/// below the sensor.
+/// \param seen  box around its visible part
 /// \param surface  height of the surface, m
-/// \param tolerance  of the surface, m: nearer points are not seen as the object's
-/// \param sensor  where it was seen from
+/// \param tolerance  of the surface, m: points nearer to it do not count as the object's
+/// \param sensor  position of the sensor
 UprightBox standing(const UprightBox& seen, float surface, float tolerance,
                     const Eigen::Vector3f& sensor);
 

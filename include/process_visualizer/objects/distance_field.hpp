@@ -9,20 +9,20 @@
 
 namespace process_visualizer::objects {
 
-/// How far places near a surface are from it: exact at the nodes of a grid, made once, and
-/// interpolated between them.
+/// Signed distances from a surface, near it: exact at the nodes of a grid that is computed once,
+/// and interpolated between them.
 ///
-/// What a surface encloses has negative distances, cavities that are open have not. A surface with
-/// gaps narrower than a grid step still encloses.
+/// Distances inside a closed surface are negative, those in an open cavity are not. Gaps narrower
+/// than a grid step count as closed.
 class DistanceField {
  public:
-  /// \param reach  up to this distance from the surface it is known, m
+  /// \param reach  distances are computed up to this one, m
   DistanceField(const cloud::Surface& mesh, float reach);
 
-  /// The distance of a place from the surface, m, negative inside; at most about `reach`.
+  /// Distance of a place from the surface, m, negative inside; at most about `reach`.
   float distance(const Eigen::Vector3f& place) const;
 
-  /// The box outside of which all distances are `reach` or more.
+  /// Box outside of which all distances are `reach` or more.
   const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
   float step() const { return step_; }  ///< of the grid, m
@@ -41,21 +41,21 @@ class DistanceField {
   std::vector<float> distances_;
 };
 
-/// The place of a body that is nearest to another place, and how far it is, m.
+/// The nearest place of a body, and its distance, m.
 struct NearestPlace {
   Eigen::Vector3f place;
   float distance;
 };
 
-/// A surface as points, for distances that may be large: right to half a millimetre from 0.1 m on,
-/// to `kSpacing` at the surface itself.
+/// A surface as points, for larger distances: exact to half a millimeter from 0.1 m on, and to
+/// `kSpacing` at the surface itself.
 class SurfaceSamples {
  public:
   explicit SurfaceSamples(const cloud::Surface& mesh);
 
   NearestPlace nearest(const Eigen::Vector3f& place) const;
 
-  const Eigen::Vector3f& center() const { return center_; }  ///< of a sphere around all, m
+  const Eigen::Vector3f& center() const { return center_; }  ///< of a sphere around all points, m
   float radius() const { return radius_; }                   ///< of that sphere, m
 
   static constexpr float kSpacing = 0.01F;  ///< m

@@ -10,18 +10,18 @@
 
 namespace process_visualizer::objects {
 
-/// Distances from robots at which an object is worth a warning, or is too near, m.
+/// Distances from robots below which an object causes a warning, or is too near, m.
 struct Limits {
   double warn, stop;
 };
 
-/// \param header  stamp of the cloud, and the frame of the objects
+/// \param header  stamp of the cloud and frame of the objects
 DetectedObjects messageOf(const std::vector<TrackedObject>& objects, const Limits& limits,
                           const std_msgs::Header& header);
 
 /// Boxes with number and size, and lines to the nearest robot with the distance: yellow below the
-/// distance `warn`, red below `stop`. Markers are locked to the frame, and end by themselves when
-/// they are not published again within a second. What was shown before is deleted.
+/// distance `warn`, red below `stop`. Markers are locked to the frame, and expire if they are not
+/// published again within a second. The first marker deletes those shown before.
 visualization_msgs::MarkerArray markersOf(const DetectedObjects& objects);
 
 }  // namespace process_visualizer::objects

@@ -12,14 +12,16 @@
 
 namespace process_visualizer::objects {
 
-/// The recording that is played, if one is: what the stamps of its clouds say.
+/// Tells from the states of the player how the stamps of clouds relate to the recording that is
+/// played.
 ///
-/// A pose between one from before a jump and one from after it is where nothing ever was, though
-/// the stamps do not jump. What is restored, after a jump and while paused, is stamped with the
-/// present, though it was measured before the position at which the robots stand.
+/// After a jump, the stamps go on without a gap: a pose interpolated between one before and one
+/// after it is where the frame never was. Messages that are restored, after a jump and while
+/// paused, have present stamps, though they were measured before the position at which the robots
+/// stand.
 class PlayedRecording {
  public:
-  /// Takes a state of the player. Returns whether the position has jumped since the last one.
+  /// Takes a state of the player. Returns whether the position has jumped since the previous one.
   bool follow(const PlayerState& state, ros::WallTime now) {
     heard_ = now;
     is_paused_ = state.paused;
@@ -33,43 +35,44 @@ class PlayedRecording {
 
   bool isPaused() const { return is_paused_; }
 
-  /// Whether something with this stamp is from before the jump, and shows another moment.
+  /// Returns whether a message with this stamp is from before the jump, and outdated.
   bool isBefore(ros::Time stamp) const {
     if (!time_) return false;
     const double after = (stamp - *time_).toSec();
     return after < 0.0 && after > -kPresent;
   }
 
-  /// Whether the poses around this stamp may be from before the jump and from after it.
+  /// Returns whether poses from both before and after the jump may surround this stamp.
   bool isJustAfter(ros::Time stamp) const {
     if (!time_) return false;
     const double after = (stamp - *time_).toSec();
     return after >= 0.0 && after < kSettling;
   }
 
-  /// Whether something with this stamp is restored: the poses that belong to it are not on /tf.
+  /// Returns whether a message with this stamp is restored: the poses for it are not on /tf.
   bool isRestored(ros::Time stamp) const {
     return std::find(restored_.begin(), restored_.end(), stamp) != restored_.end();
   }
 
-  /// Whether the player may still tell that it is restored.
+  /// Returns whether the player may still report a message with this stamp as restored.
   bool isAwaited(ros::Time stamp, ros::WallTime now) const {
     if ((now - heard_).toSec() > kLost || isRestored(stamp)) return false;
     return is_paused_ || (isJustAfter(stamp) && restored_.empty());
   }
 
  private:
-  /// In which the first joint positions after a jump come, and become poses, s.
+  /// Time until the first joint positions after a jump have arrived and become poses, s.
   static constexpr double kSettling = 0.15;
-  /// Stamps that are farther from a jump are those of the recording, and say nothing of it, s.
+  /// Maximum age of a present stamp, s. Stamps farther from a jump are those of the recording, and
+  /// unrelated to it.
   static constexpr double kPresent = 2.0;
-  /// After which a player that sent ten states a second has ended, s.
+  /// Time without a state after which the player, which sends ten a second, has ended, s.
   static constexpr double kLost = 1.0;
 
   ros::WallTime heard_;
   bool is_paused_ = false;
   std::optional<std::uint32_t> segment_;
-  std::optional<ros::Time> time_;  ///< of the jump, as stamps of what is played show it
+  std::optional<ros::Time> time_;  ///< of the jump, in the stamps of played messages
   std::vector<ros::Time> restored_;
 };
 

@@ -16,33 +16,33 @@
 
 namespace process_visualizer::objects {
 
-/// The times without poses of frames that moved meanwhile; safe for several threads.
+/// Gaps in the poses of frames that moved meanwhile; thread-safe.
 ///
-/// A pose that is interpolated over such a time is where the frame never was: parts of a robot
-/// would be objects beside it. A frame that is usually sent that slowly, or did not move, has no
+/// A pose interpolated over a gap is where the frame never was, so that parts of a robot would
+/// become objects beside it. A frame that is usually sent that slowly, or did not move, has no
 /// gaps.
 class PoseGaps {
  public:
-  /// Takes the next pose of a frame, as it comes on /tf.
+  /// Takes the next pose of a frame from /tf.
   void add(const geometry_msgs::TransformStamped& pose) {
     const std::lock_guard lock(mutex_);
     Frame& frame = frames_[withoutLeadingSlash(pose.child_frame_id)];
     const Eigen::Isometry3d place = placeOf(pose.transform);
-    // As numbers: a difference of times that are far apart is an exception.
+    // As numbers, because ros::Duration throws if the times are too far apart.
     const double step = pose.header.stamp.toSec() - frame.stamp.toSec();
     if (step > 0.0 && step < kBuffer) {
-      const bool is_gap = step > std::max(kShortest, kPeriods * frame.period);
+      const bool is_gap = step > std::max(kMinGap, kPeriods * frame.period);
       if (is_gap && isApart(frame.place, place))
         frame.gaps.push_back({frame.stamp, pose.header.stamp});
-      if (frame.gaps.size() > kKept) frame.gaps.pop_front();
-      const double share = is_gap ? kSlow : frame.period > 0.0 ? kShare : 1.0;
+      if (frame.gaps.size() > kMaxGaps) frame.gaps.pop_front();
+      const double share = is_gap ? kGapWeight : frame.period > 0.0 ? kStepWeight : 1.0;
       frame.period += share * (step - frame.period);
     }
     frame.stamp = pose.header.stamp;
     frame.place = place;
   }
 
-  /// How long the gap of a frame around a time is, s; nothing without a gap there.
+  /// Length of a frame's gap around a time, s; nothing if there is no gap.
   std::optional<double> around(const std::string& frame, ros::Time time) const {
     const std::lock_guard lock(mutex_);
     const auto found = frames_.find(frame);
@@ -52,21 +52,21 @@ class PoseGaps {
     return std::nullopt;
   }
 
-  /// Forgets all poses, as playback has jumped.
+  /// Forgets all poses, because playback has jumped.
   void clear() {
     const std::lock_guard lock(mutex_);
     frames_.clear();
   }
 
  private:
-  static constexpr double kShortest = 0.5;  // s
-  static constexpr double kBuffer = 10;     // s: tf2 interpolates over no longer time
-  static constexpr double kPeriods = 4;     // that are usual; more are a gap
-  static constexpr double kShare = 0.1;     // of a new step in the usual period
-  static constexpr double kSlow = 0.02;     // likewise, of a gap: it may become usual
-  static constexpr std::size_t kKept = 20;
-  static constexpr double kShift = 0.005;         // m
-  static constexpr double kTurn = 0.5 * 0.01745;  // rad: 1 cm at the end of an arm
+  static constexpr double kMinGap = 0.5;      // s
+  static constexpr double kBuffer = 10;       // s: tf2 does not interpolate over longer times
+  static constexpr double kPeriods = 4;       // usual periods: a longer step is a gap
+  static constexpr double kStepWeight = 0.1;  // weight of a new step in the usual period
+  static constexpr double kGapWeight = 0.02;  // likewise for a gap, which may become usual
+  static constexpr std::size_t kMaxGaps = 20;
+  static constexpr double kMinShift = 0.005;         // m
+  static constexpr double kMinTurn = 0.5 * 0.01745;  // rad: 1 cm at the end of an arm
 
   struct Gap {
     ros::Time begin, end;
@@ -88,7 +88,8 @@ class PoseGaps {
 
   static bool isApart(const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) {
     const Eigen::Isometry3d step = before.inverse() * after;
-    return step.translation().norm() > kShift || Eigen::AngleAxisd(step.linear()).angle() > kTurn;
+    return step.translation().norm() > kMinShift ||
+           Eigen::AngleAxisd(step.linear()).angle() > kMinTurn;
   }
 
   mutable std::mutex mutex_;
