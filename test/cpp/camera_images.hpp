@@ -13,7 +13,7 @@
 
 namespace process_visualizer::cloud {
 
-/// Images and camera info as they come together.
+/// Images and camera info that arrive together.
 struct CameraImages {
   sensor_msgs::Image depth, color;
   sensor_msgs::CameraInfo info;
@@ -51,7 +51,7 @@ inline sensor_msgs::CameraInfo makeInfo(std::uint32_t width, std::uint32_t heigh
   return info;
 }
 
-/// A depth of 0.5 to 2.5 m everywhere (in a tenth of the pixels none), and any colours.
+/// A depth of 0.5 to 2.5 m everywhere (in a tenth of the pixels none), and arbitrary colors.
 inline CameraImages makeImages(const std::string& depth_encoding = "16UC1",
                                const std::string& color_encoding = "rgb8", std::uint32_t width = 64,
                                std::uint32_t height = 48) {

@@ -19,7 +19,7 @@ inline Plane planeAt(double distance, double tilt) {
   return {turn * Eigen::Vector3d::UnitZ(), Eigen::Vector3d(0, 0, distance)};
 }
 
-/// Where a lens shows a direction (x/z, y/z), px, by the formulas of the ROS camera model.
+/// Projects a direction (x/z, y/z) through a lens, px, by the formulas of the ROS camera model.
 inline Eigen::Vector2d seenAt(const sensor_msgs::CameraInfo& info, const Eigen::Vector2d& place) {
   const double a = place.x(), b = place.y(), r2 = place.squaredNorm();
   const double radial = 1 + info.D[0] * r2 + info.D[1] * r2 * r2 + info.D[4] * r2 * r2 * r2;
@@ -45,9 +45,9 @@ inline double asKinect(double depth, std::mt19937& random) {
   return 348 / std::round(348 / depth + std::normal_distribution<double>(0, 0.35)(random));
 }
 
-/// What a camera of 640x480 px sees of a plane: 16UC1, in whole mm.
-/// \param distorts  whether it has a lens
-/// \param is_kinect  whether its depths have a Kinect's steps and noise
+/// Depth image of a plane by a camera of 640x480 px: 16UC1, in whole mm.
+/// \param distorts  it has a lens with distortion
+/// \param is_kinect  its depths have a Kinect's steps and noise
 inline CameraImages imagesOf(const Plane& plane, bool distorts, bool is_kinect) {
   CameraImages images{makeImage("16UC1", 640, 480), makeImage("rgb8", 640, 480),
                       makeInfo(640, 480)};
@@ -64,7 +64,7 @@ inline CameraImages imagesOf(const Plane& plane, bool distorts, bool is_kinect) 
   return images;
 }
 
-/// The root of the mean square of the points' distances from a plane, m.
+/// Root mean square of the points' distances from a plane, m.
 inline double rmsFrom(const Plane& plane, const sensor_msgs::PointCloud2& cloud) {
   double sum = 0;
   for (sensor_msgs::PointCloud2ConstIterator<float> point(cloud, "x"); point != point.end();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the recorder's bags hold, read by rosbag's own library.
+// Contents of the recorder's bags, read by rosbag's own library.
 #pragma once
 
 #include <ros/serialization.h>
@@ -19,7 +19,7 @@ struct Recorded {
   ros::Time time;
   std::string bytes;
 
-  /// What `messageAt` has written into it.
+  /// The number that `messageAt` has written into it.
   std::uint32_t sequence() const {
     std::uint32_t number;
     std::memcpy(&number, bytes.data(), sizeof number);

@@ -14,7 +14,7 @@
 
 namespace process_visualizer::recorder {
 
-/// A folder for bags, for the time of a test.
+/// A folder for bags, which exists during a test.
 class Folder : public testing::Test {
  protected:
   void SetUp() override {
@@ -25,7 +25,8 @@ class Folder : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// A limit on the size of files fails like a full disk, in the same calls, for any user.
+  /// Limits the size of files. Writing then fails as on a full disk, in the same calls, for any
+  /// user.
   static void limitFileSize(rlim_t bytes) {
     std::signal(SIGXFSZ, SIG_IGN);
     rlimit limit{};

@@ -13,7 +13,7 @@
 
 namespace process_visualizer::recorder {
 
-/// A computer whose time goes on when a test says so, and whose disk has the room that it is given.
+/// A computer whose time is advanced by the tests, and whose disk has the free space they set.
 class SimulatedMachine {
  public:
   Machine machine() {
@@ -28,7 +28,7 @@ class SimulatedMachine {
   ros::Time now() const { return ros::Time().fromNSec(ns_); }
   void goOn(double seconds) { ns_ += toNs(seconds); }
   void jump(double seconds) { jumped_ns_ += toNs(seconds); }  ///< sets the clock
-  /// Lets /clock say this time.
+  /// Sets the time of /clock.
   void simulate(double seconds) {
     simulated_ns_ = toNs(seconds);
     is_simulated_ = true;

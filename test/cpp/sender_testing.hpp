@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A sender whose clock the test moves, what stands for its subscribers, and what they are sent.
+// A sender with a simulated clock, stand-ins for its subscribers, and messages to them.
 #pragma once
 
 #include <sys/socket.h>
@@ -23,12 +23,12 @@
 namespace process_visualizer::sender {
 
 constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kBeginNs = 1'000'000 * kMs;  // what the simulated clock says at first
+constexpr std::int64_t kBeginNs = 1'000'000 * kMs;  // first time of the simulated clock
 constexpr std::int64_t kLongNs = 60'000 * kMs;
 constexpr QueueLimits kMuch{1000, 1 << 30};
 
-/// A clock that the test moves, by which the sender's thread waits. Sockets are real ones: what
-/// the other side has done to them is noticed when the test lets the sender work.
+/// A clock that the test advances, and on which the sender's thread waits. The sockets are real:
+/// events on them are noticed when the test lets the sender work.
 class SimulatedTime : public Wakeup {
  public:
   std::int64_t now() const override {
@@ -57,9 +57,9 @@ class SimulatedTime : public Wakeup {
     }
   }
 
-  /// Lets the sender do all that it can do now.
+  /// Lets the sender do all that is due now.
   void settle() { advanceTo(now()); }
-  /// Lets time pass, and the sender do what is due until then, each at its time.
+  /// Advances the time, and lets the sender do what is due meanwhile, each at its time.
   void advanceTo(std::int64_t time_ns) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return waits_; });
@@ -70,7 +70,7 @@ class SimulatedTime : public Wakeup {
     }
     now_ns_ = std::max(now_ns_, time_ns);
   }
-  /// How often the sender has waited so far.
+  /// Number of times that the sender has waited so far.
   int waitCount() const {
     const std::lock_guard lock(mutex_);
     return wait_count_;
@@ -94,7 +94,7 @@ class SimulatedTime : public Wakeup {
   int wait_count_ = 0;
 };
 
-/// A sender with a clock that the test moves.
+/// A sender with a clock that the test advances.
 struct SimulatedSender : TimedSender {
   SimulatedSender() : SimulatedSender(new SimulatedTime) {}
 
@@ -123,7 +123,7 @@ struct Connection {
   std::array<int, 2> ends;
 };
 
-/// A subscriber: the sender writes to `peer`. It takes nothing by itself.
+/// A subscriber. The sender writes to `peer`; nothing is read until a test asks for it.
 class Subscriber {
  public:
   explicit Subscriber(SimulatedSender& sender) : time_(sender.time) {}
@@ -133,7 +133,8 @@ class Subscriber {
     close(connection_.ends[0]);
     connection_.ends[0] = -1;
   }
-  /// The next message that has come, or comes when earlier ones have been taken; else "nothing".
+  /// Returns the next message that has arrived, or arrives once earlier ones are read; else
+  /// "nothing".
   std::string receive() {
     while (!hasMessage())
       if (!take()) return "nothing";
@@ -142,14 +143,14 @@ class Subscriber {
     if (begin_ == come_.size()) come_.clear(), begin_ = 0;
     return message;
   }
-  /// All messages that have come, as the numbers that they begin with.
+  /// Returns all messages that have arrived, as the numbers that they begin with.
   std::vector<int> receiveNumbers() {
     std::vector<int> numbers;
     for (std::string message = receive(); message != "nothing"; message = receive())
       numbers.push_back(std::atoi(message.c_str()));
     return numbers;
   }
-  /// How many bytes have come that belong to no message received yet.
+  /// Number of bytes that have arrived but belong to no message received yet.
   std::size_t byteCount() {
     while (take()) continue;
     return come_.size() - begin_;
@@ -166,7 +167,8 @@ class Subscriber {
     std::memcpy(&size, come_.data() + begin_, kLength);
     return size;
   }
-  /// Takes what is there once the sender has done what it can; returns whether that is something.
+  /// Reads what has arrived once the sender has done what is due. Returns whether there was
+  /// anything.
   bool take() {
     time_.settle();
     static char bytes[1 << 16];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Images and clouds that are none. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
+/// Invalid images and clouds. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -23,7 +23,7 @@ using Damage = std::function<void(CameraImages&)>;
 const Box kBox({0, 0, 1.5}, {1, 1, 1});
 
 sensor_msgs::PointCloud2 crop(const CameraImages& images) {
-  // Copies without spare room, so that the sanitizer sees each byte that is read behind the data.
+  // Copies without spare room, so that the sanitizer sees each byte read beyond the data.
   auto exact = images;
   exact.depth.data.shrink_to_fit();
   exact.color.data.shrink_to_fit();
@@ -31,7 +31,7 @@ sensor_msgs::PointCloud2 crop(const CameraImages& images) {
       .crop(exact.depth, exact.color, exact.info, Eigen::Isometry3d::Identity(), kBox);
 }
 
-/// One damage to good images, and what the message must say about it.
+/// One kind of damage to valid images, and the text that the message must contain.
 struct BadImages {
   std::string message;
   Damage damage;
@@ -135,7 +135,7 @@ TEST(BadImages, ATransformOfNaNKeepsNothing) {
   }
 }
 
-/// Changes one number of the messages to anything.
+/// Changes one number of the messages to an arbitrary value.
 void mutate(CameraImages& images, std::mt19937& generator) {
   const std::uint32_t any[] = {0, 1, 2, 47, 63, 64, 65, 128, 0x7FFFFFFF, 0xFFFFFFFF};
   const double numbers[] = {0, -1, 1e-300, 1e300, NAN, INFINITY, 0.3};
@@ -190,7 +190,7 @@ sensor_msgs::PointCloud2 makeCloud() {
   return cloud;
 }
 
-/// Changes one number of the cloud to anything.
+/// Changes one number of the cloud to an arbitrary value.
 void mutate(sensor_msgs::PointCloud2& cloud, std::mt19937& generator) {
   const std::uint32_t any[] = {0, 1, 3, 4, 5, 12, 31, 32, 33, 128, 0x7FFFFFFF, 0xFFFFFFFF};
   sensor_msgs::PointField& field = cloud.fields[generator() % cloud.fields.size()];

@@ -37,7 +37,7 @@ Bytes serialized(const Message& message) {
   return bytes;
 }
 
-/// Every message up to its end is accepted, and none that ends before it.
+/// Expects that a complete message is accepted, and no truncated one.
 template <typename Message>
 void expectWholeOnly(const Message& message) {
   const Bytes bytes = serialized(message);
@@ -110,7 +110,7 @@ TEST(ClaimedLengths, DefinitionsThatCannotBeUsed) {
   EXPECT_THROW(ClaimedLengths("a/B", "B[] b\n"), std::invalid_argument);
 }
 
-/// The memory that this process has had at most [kB].
+/// Peak memory of this process [kB].
 long mostMemoryKb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -74,8 +74,8 @@ Eigen::Isometry3d tilted() {
 
 using Place = std::array<int, 3>;
 
-Place placeOf(const Eigen::Vector3f& position, float cubes_per_metre) {
-  const Eigen::Vector3f place = position * cubes_per_metre;
+Place placeOf(const Eigen::Vector3f& position, float voxels_per_meter) {
+  const Eigen::Vector3f place = position * voxels_per_meter;
   return {static_cast<int>(std::floor(place.x())), static_cast<int>(std::floor(place.y())),
           static_cast<int>(std::floor(place.z()))};
 }
@@ -126,7 +126,7 @@ TEST(VoxelGrid, KeepsThePointsOfPcl) {
   VoxelGrid grid(0.02);
   grid.add(makeCloud(points), kHere);
   auto found = pointsOf(grid.cloud({}));
-  // One point in each cube, so that sorting by cubes pairs them.
+  // One point in each voxel, so that sorting by voxels pairs them.
   const auto before = [](const auto& a, const auto& b) { return placeOf(a, 50) < placeOf(b, 50); };
   std::sort(found.begin(), found.end(),
             [&](const TestPoint& a, const TestPoint& b) { return before(a.position, b.position); });

@@ -114,7 +114,7 @@ TEST(MovableJoints, OfWhatIsNoUrdf) {
   EXPECT_THROW(movableJoints("<robot>"), std::invalid_argument);
   EXPECT_THROW(movableJoints("<cell/>"), std::invalid_argument);
   EXPECT_THROW(movableJoints(""), std::invalid_argument);
-  std::string deep = "<robot>";  // a reader calls itself for each element in another one
+  std::string deep = "<robot>";  // a parser may recurse for each nested element
   for (int i = 0; i < 200'000; ++i) deep += "<a>";
   EXPECT_THROW(movableJoints(deep), std::invalid_argument);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes that somebody else wrote, and what they name in turn.
+// Meshes from others, and the files that they refer to.
 
 #include <assimp/postprocess.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test.
+/// A separate folder for each test.
 class MeshFile : public testing::Test {
  protected:
   MeshFile() {
@@ -94,7 +94,7 @@ TEST_F(MeshFile, HasItsColors) {
 }
 
 TEST_F(MeshFile, OfOtherFormatsIsRefused) {
-  // Twelve of its bytes could take all memory.
+  // Twelve of its bytes could use up the memory.
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n";
   for (const char* name : {"a.ply", "a.xml", "a.glb", "a", "a.blend"})
@@ -110,7 +110,7 @@ std::string repeated(const std::string& text, int count) {
 
 std::string collada(const std::string& nodes) { return "<c:COLLADA>" + nodes + "</c:COLLADA>"; }
 
-/// Each node shows the next one.
+/// Each node instantiates the next one.
 std::string chain(int count, int times) {
   std::string nodes;
   for (int i = 0; i < count; ++i)

@@ -24,7 +24,7 @@ Eigen::Affine3d at(double x, double y, double z, double yaw = 0.0, double roll =
          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());
 }
 
-/// A table with a machine on it, a tube and a ball: seen from above like a robot cell.
+/// A table with a machine on it, a tube and a ball, seen from above like a robot cell.
 SurfaceCloud cell() {
   SurfaceCloud model;
   addPoints(boxSurface({0.9F, 0.5F, 0.03F}), at(0, 0, -0.015), kSpacing, model);
@@ -34,7 +34,7 @@ SurfaceCloud cell() {
   return model;
 }
 
-/// What a sensor sees of a model, with noise along its rays, and points that lie on no model.
+/// Points of a model that a sensor sees, with noise along its rays, and points on no model.
 Points seen(const SurfaceCloud& model, double noise_m) {
   std::mt19937 random(3);
   std::normal_distribution<float> noise(0.0F, static_cast<float>(noise_m));
@@ -53,7 +53,7 @@ Points seen(const SurfaceCloud& model, double noise_m) {
   return cloud;
 }
 
-/// A wrong calibration: the sensor is turned about its own place, and moved.
+/// A calibration error: the sensor is turned about its own position, and moved.
 Eigen::Isometry3d displacement(const Eigen::Vector3d& shift_m, const Eigen::Vector3d& axis,
                                double angle) {
   const Eigen::Vector3d eye = kSensor.cast<double>();

@@ -104,7 +104,7 @@ TEST_F(Bags, AreThoseOfRosbag) {
   }
 }
 
-/// Whoever repairs a bag without its index has nothing else.
+/// The repair of a bag without an index depends on it.
 TEST_F(Bags, HaveTheTimeInEachMessageToo) {
   BagFile bag(path("a.bag"), Compression::kNone);
   for (const double time : {3, 4, 5}) bag.write(messageAt(time, connectionOf("/a")));
@@ -198,7 +198,7 @@ TEST_F(Bags, AreWholeOnAFullDisk) {
   EXPECT_GT(indexPosition(path("a.bag")), 3u << 20);
 }
 
-/// There is room for the index wherever a file may not grow any more.
+/// Room for the index is left at any file size limit.
 TEST_F(Bags, AreWholeWhereverALimitIs) {
   const auto connection = connectionWith("");
   for (unsigned kilobytes = 300; kilobytes < 320; ++kilobytes) {
@@ -316,7 +316,7 @@ TEST_F(Recordings, KeepWhatHasRoomInTheirQueueWhileTheDiskStalls) {
   EXPECT_TRUE(recording.unwritten().empty());
 }
 
-/// That is all that a kill costs: what is in the file is repaired.
+/// A kill costs no more than that, because the messages in the file are repaired.
 TEST_F(Recordings, WriteWhatHasComeEveryHalfSecond) {
   Recording recording(options("a.bag"), contents(), machine_.machine());
   const ConnectionPtr connection = connectionOf("/a");

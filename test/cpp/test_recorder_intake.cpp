@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is done with messages, by sequences of them and of commands.
+// Handling of messages by the intake, in sequences of messages and commands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ class Intakes : public Folder {
   int count_ = 0;
 };
 
-/// One that takes /a and /b, where time goes on when a test says so.
+/// An intake of /a and /b whose time is advanced by the tests.
 class SimulatedIntake : public Intakes {
  protected:
   SimulatedIntake() { intake_.choose(chosen()); }
@@ -69,7 +69,7 @@ class SimulatedIntake : public Intakes {
                std::size_t size = kBytes) {
     intake_.receive(messageAt(now(), connection, size, number));
   }
-  /// Messages with numbers come, and after each a tenth of a second goes by.
+  /// Receives numbered messages, with a tenth of a second after each.
   void receiveMany(const ConnectionPtr& connection, std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t number = first; number < end; ++number) {
       receive(connection, number);
@@ -105,8 +105,8 @@ Numbers numbersFrom(std::uint32_t first, std::uint32_t end) {
   return numbers;
 }
 
-/// What the recorder should do, in the simplest words: a list of what is in memory, and counts of
-/// what has to be in the bag.
+/// A simple model of the recorder: a list of the messages in memory, and counts of those that must
+/// be in the bag.
 class Sequence : public SimulatedIntake {
  protected:
   void doOne(std::mt19937& random) {
@@ -167,7 +167,7 @@ class Sequence : public SimulatedIntake {
     expect(kMarks);
   }
 
-  /// Whatever a recording has; and nothing else may notice.
+  /// Copies what a recording would contain; this must have no other effect.
   void copy(std::mt19937& random) {
     const double recent_s = std::vector<double>{2, 5, kAll}[random() % 3];
     std::map<std::string, unsigned> expected;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the recorder has in memory: the last seconds, latched messages, and answers about them.
+// The recorder's memory: the last seconds, latched messages, and answers about them.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -177,7 +177,7 @@ TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
   EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2, 4, 2}));
 }
 
-/// Answers about an intake that takes /a and /b.
+/// Answers about an intake of /a and /b.
 class Answers : public testing::Test {
  protected:
   Answers() { intake_.choose(TopicChoice({"/a", "/b"}, {}, {})); }
@@ -193,7 +193,7 @@ class Answers : public testing::Test {
     answers_.answer(request, response);
     return response;
   }
-  /// The numbers that messages begin with, behind the heads of their records.
+  /// The numbers that messages begin with, after the headers of their records.
   static std::vector<std::uint32_t> sequencesIn(const ReadRecent::Response& response) {
     std::vector<std::uint32_t> numbers;
     std::size_t place = 0;

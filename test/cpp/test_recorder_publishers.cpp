@@ -89,9 +89,9 @@ TEST(Text, ReplacesEveryOtherByte) {
                       "C"),
             "20 " + odd + "C");
   EXPECT_EQ(validUtf8("a\xC3"), "a" + odd);
-  EXPECT_EQ(validUtf8("\xC0\x80"), odd + odd);            // longer than need be
+  EXPECT_EQ(validUtf8("\xC0\x80"), odd + odd);            // longer than necessary
   EXPECT_EQ(validUtf8("\xED\xA0\x80"), odd + odd + odd);  // a surrogate
-  EXPECT_EQ(validUtf8("\xF4\x90\x80\x80").size(), 12u);   // beyond the last character
+  EXPECT_EQ(validUtf8("\xF4\x90\x80\x80").size(), 12u);   // beyond the last code point
   EXPECT_EQ(validUtf8("\xF5"
                       "abc"),
             odd + "abc");
@@ -176,7 +176,8 @@ TEST(Connections, KeepLittleUnread) {
 }
 
 TEST(Choice, NoExpressionKeepsTheRecorderBusy) {
-  // Whoever reaches the recorder can send one; only those that take little time are known.
+  // Anyone who reaches the recorder can send an expression; only those that need little time are
+  // accepted.
   EXPECT_THROW(TopicChoice({}, {"(/a)\\1"}, {}), RecordingError);
   const std::string brackets(100000, '(');
   EXPECT_THROW(TopicChoice({}, {brackets + std::string(brackets.size(), ')')}, {}), RecordingError);

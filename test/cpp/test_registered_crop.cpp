@@ -47,7 +47,7 @@ float rawDepthAt(const Image& depth, std::uint32_t column, std::uint32_t row) {
   return reinterpret_cast<const std::uint16_t*>(&depth.data[row * depth.step])[column];
 }
 
-/// Red, green and blue of a colour image's pixel.
+/// Red, green and blue of a color image's pixel.
 std::array<std::uint8_t, 3> colorAt(const Image& color, std::uint32_t column, std::uint32_t row) {
   const int channels = sensor_msgs::image_encodings::numChannels(color.encoding);
   const std::uint8_t* pixel = &color.data[row * color.step + column * channels];
@@ -56,7 +56,7 @@ std::array<std::uint8_t, 3> colorAt(const Image& color, std::uint32_t column, st
   return {pixel[0], pixel[1], pixel[2]};
 }
 
-/// The whole cloud, point after point, as the documentation of depth_image_proc describes it.
+/// The complete cloud, point by point, as the documentation of depth_image_proc describes it.
 PointCloud2 wholeCloud(const CameraImages& images) {
   const auto& [depth, color, info] = images;
   PointCloud2 cloud;
@@ -153,7 +153,7 @@ TEST(RegisteredCrop, IsEmptyWhereTheBoxIsEmpty) {
   EXPECT_EQ(cloud.fields.size(), 4u);
 }
 
-/// Colours that tell where they are: red the column, green the row.
+/// Colors that encode their position: red is the column, green the row.
 void markPixels(Image& color) {
   for (std::uint32_t row = 0; row < color.height; ++row)
     for (std::uint32_t column = 0; column < color.width; ++column) {
@@ -269,7 +269,7 @@ TEST(RegisteredCrop, TrustsRectifiedImages) {
 
 TEST(RegisteredCrop, LeavesOutWhatTheLensCannotShow) {
   auto images = distorted();
-  images.info.D = {-2, 0, 0, 0, 0};  // nothing is seen farther out than at a slope of 0.27
+  images.info.D = {-2, 0, 0, 0, 0};  // nothing is visible beyond a slope of 0.27
   const auto cloud = crop(images);
   EXPECT_GT(cloud.width, 500u);
   EXPECT_LT(cloud.width, 64u * 48 - 500u);

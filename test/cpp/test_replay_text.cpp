@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNow_s = 1.7e9;
 
-/// A player that plays now what was `ago_s` before now.
+/// A player that plays the moment `ago_s` before now.
 PlayedState playing(double ago_s, double rate = 1) {
   PlayedState state;
   state.stamp_s = state.received_s = kNow_s;

@@ -226,7 +226,7 @@ TEST(CropToBox, AgreesWithPclOnRandomClouds) {
   EXPECT_GT(kept_count, 50u * 50);
 }
 
-/// One damage to a good cloud, and what the message must say about it.
+/// One kind of damage to a valid cloud, and the text that the message must contain.
 struct BadCloud {
   std::string message;
   std::function<void(PointCloud2&)> damage;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a subscriber receives, and when: the clock is simulated, and socket pairs stand for the
-// connections of subscribers.
+// Messages that subscribers receive, and their times: the clock is simulated, and socket pairs
+// stand for the connections of subscribers.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When which part of a packet is written.
+// Order and time in which the parts of packets are written.
 
 #include <gtest/gtest.h>
 
