@@ -35,12 +35,13 @@ target_link_libraries(process_visualizer_rviz
 
 install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 
+find_package(OpenGL REQUIRED)
 find_package(X11 REQUIRED)
 add_executable(process_visualizer_rviz_main src/displays/rviz_main.cpp)
 set_target_properties(process_visualizer_rviz_main PROPERTIES OUTPUT_NAME rviz)
 process_visualizer_compile(process_visualizer_rviz_main)
 target_link_libraries(process_visualizer_rviz_main
-  process_visualizer_node ${rviz_LIBRARIES} ${rviz_qt}::Widgets ${X11_X11_LIB})
+  process_visualizer_node ${rviz_LIBRARIES} ${rviz_qt}::Widgets ${OPENGL_gl_LIBRARY} ${X11_X11_LIB})
 
 install(TARGETS process_visualizer_rviz_main RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 

@@ -13,6 +13,8 @@
 #include <QPlainTextEdit>
 #include <QTextEdit>
 #include <QWidget>
+#include <algorithm>
+#include <chrono>
 #include <sstream>
 
 namespace process_visualizer::displays {
@@ -72,6 +74,14 @@ std::set<std::string> lines(const std::string& text) {
   return found;
 }
 
+double InputAge::of(std::uint32_t received_ms, std::uint32_t handled_ms) {
+  if (received_ms == 0) return 0.0;
+  const std::uint32_t difference_ms = handled_ms - received_ms;
+  if (!offset_ms_ || static_cast<std::int32_t>(difference_ms - *offset_ms_) < 0)
+    offset_ms_ = difference_ms;
+  return 1e-3 * static_cast<double>(difference_ms - *offset_ms_);
+}
+
 namespace {
 
 constexpr int kMaxPresses = 10;  ///< waiting to be sent
@@ -90,6 +100,12 @@ bool isWalked(const QWidget& widget) {
   return qobject_cast<const QAbstractItemView*>(&widget) || qobject_cast<const QComboBox*>(&widget);
 }
 
+std::uint32_t steadyMs() {
+  using std::chrono::milliseconds;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint32_t>(std::chrono::duration_cast<milliseconds>(now).count());
+}
+
 }  // namespace
 
 KeyReport::KeyReport(QWidget& window) : window_(&window) {
@@ -101,10 +117,16 @@ KeyReport::KeyReport(QWidget& window) : window_(&window) {
 }
 
 bool KeyReport::eventFilter(QObject* object, QEvent* event) {
-  if (event->type() == QEvent::KeyPress) {
-    const auto* widget = qobject_cast<const QWidget*>(object);  // a QWindow gets it first
-    const auto& press = static_cast<const QKeyEvent&>(*event);
-    if (widget && takes(*widget, press.key()) && pass(press)) return true;
+  const auto* widget = qobject_cast<const QWidget*>(object);  // a QWindow gets it first
+  const QEvent::Type type = event->type();
+  if (widget && (type == QEvent::KeyPress || type == QEvent::KeyRelease ||
+                 type == QEvent::MouseMove || type == QEvent::MouseButtonPress)) {
+    const auto& input = static_cast<const QInputEvent&>(*event);
+    const double age_s = age_.of(static_cast<std::uint32_t>(input.timestamp()), steadyMs());
+    if (type == QEvent::KeyPress) {
+      const auto& press = static_cast<const QKeyEvent&>(*event);
+      if (takes(*widget, press.key()) && pass(press, age_s)) return true;
+    }
   }
   return QObject::eventFilter(object, event);
 }
@@ -115,12 +137,12 @@ bool KeyReport::takes(const QWidget& widget, int key) const {
          !QApplication::activePopupWidget() && subscriber_.getNumPublishers() > 0;
 }
 
-bool KeyReport::pass(const QKeyEvent& press) const {
+bool KeyReport::pass(const QKeyEvent& press, double age_s) const {
   const std::string name = wantedKey(press.key(), press.modifiers(), wanted_);
   if (name.empty()) return false;
   if (!press.isAutoRepeat() || repeats(press.key())) {
     std_msgs::String message;
-    message.data = name;
+    message.data = name + "\n" + std::to_string(ros::WallTime::now().toSec() - age_s);
     publisher_.publish(message);
   }
   return true;

@@ -8,6 +8,8 @@
 #include <QObject>
 #include <QPointer>
 #include <Qt>
+#include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -32,9 +34,23 @@ bool movesWithin(int key);
 /// The non-empty lines of a text.
 std::set<std::string> lines(const std::string& text);
 
+/// The age of input to a window that handles it late, by the time at which the X server received
+/// it. That is on a clock of its own: the event that was handled soonest counts as handled at once.
+class InputAge {
+ public:
+  /// \param received_ms  time of an event (X server's clock; 0 is unknown), which may wrap around
+  /// \param handled_ms  when it is handled, on any steady clock
+  /// \returns s
+  double of(std::uint32_t received_ms, std::uint32_t handled_ms);
+
+ private:
+  std::optional<std::uint32_t> offset_ms_;  ///< least of handled - received
+};
+
 /// Passes keys pressed in RViz on to the launcher, which has the keyboard only while its own window
 /// is in front. `~keys` (std_msgs/String) lists the keys, one per line, as written by QKeySequence;
-/// a press of one is published on `~key_pressed` and does not reach RViz. RViz keeps all others,
+/// a press of one is published on `~key_pressed`, as its name and, on a second line, the wall time
+/// at which it was pressed (s since the epoch), and does not reach RViz. RViz keeps all others,
 /// those with Ctrl or Alt, input to a field or a dialog, and the keys that move within a list;
 /// without a publisher on `~keys` it keeps all.
 class KeyReport : public QObject {
@@ -46,12 +62,14 @@ class KeyReport : public QObject {
 
  private:
   bool takes(const QWidget& widget, int key) const;
-  bool pass(const QKeyEvent& press) const;
+  /// \param age_s since the key was pressed
+  bool pass(const QKeyEvent& press, double age_s) const;
 
   QPointer<QWidget> window_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
   std::set<std::string> wanted_;
+  InputAge age_;
 };
 
 }  // namespace process_visualizer::displays

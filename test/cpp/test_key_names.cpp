@@ -52,6 +52,24 @@ TEST(KeyNames, OneALine) {
   EXPECT_TRUE(lines("").empty());
 }
 
+TEST(InputAge, CountsFromTheEventHandledSoonest) {
+  InputAge age;
+  EXPECT_DOUBLE_EQ(age.of(1'000, 501'200), 0.0);
+  EXPECT_DOUBLE_EQ(age.of(2'000, 502'000), 0.0);
+  EXPECT_DOUBLE_EQ(age.of(3'000, 510'000), 7.0);
+  EXPECT_DOUBLE_EQ(age.of(0, 511'000), 0.0) << "an event without a time";
+  EXPECT_DOUBLE_EQ(age.of(10'990, 511'000), 0.01);
+}
+
+TEST(InputAge, ClocksWrapAround) {
+  InputAge age;
+  EXPECT_DOUBLE_EQ(age.of(0xffffff00U, 1'000), 0.0);
+  EXPECT_DOUBLE_EQ(age.of(0x00000100U, 1'512 + 300), 0.3);
+  InputAge other;
+  EXPECT_DOUBLE_EQ(other.of(5'000, 0xfffffff0U), 0.0);
+  EXPECT_DOUBLE_EQ(other.of(5'100, 0xfffffff0U + 100 + 250), 0.25);
+}
+
 }  // namespace
 }  // namespace process_visualizer::displays
 

@@ -204,7 +204,8 @@ class ReplayBandTest(unittest.TestCase):
         with Listener(RVIZ_KEY_TOPIC, String) as presses:
             subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$',
                             'windowfocus', '--sync', 'key', 'space'], check=True)
-            self.wait(lambda: [it.data for it in presses.messages] == ['Space'], 'the key')
+            self.wait(lambda: [it.data.split('\n')[0] for it in presses.messages] == ['Space'],
+                      'the key')
 
     def check_hiding(self) -> None:
         self.show(False)

@@ -2,6 +2,7 @@
 """The window without a mouse: what has the focus has a name, and every button can have it."""
 from __future__ import annotations
 
+import time
 from functools import partial
 from pathlib import Path
 from typing import Any, Iterator, List, Sequence
@@ -28,6 +29,7 @@ from process_visualizer.gui.cell.devices_panel import WarningsView
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
+from process_visualizer.gui.ros.snapshots import KeyPress
 from process_visualizer.gui.toolkit.dialogs import ask
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 
@@ -155,11 +157,11 @@ def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
     assert {'R', 'M', '?', 'F5'} <= set(rviz.told)
     assert not {'Space', 'A', 'Ctrl+L'} & set(rviz.told)  # Ctrl is RViz's own
     for key in ('R', 'M', 'Space'):
-        window._launcher.link.key_pressed.emit(key)
+        window._launcher.link.key_pressed.emit(KeyPress(key, time.time()))
     assert rviz.done == ['R', 'M']
     window._launcher.session.set_mode(Mode.PLAYBACK)
     assert {'Space', 'Shift+Left', 'M', '['} <= set(rviz.told) and 'R' not in rviz.told
-    window._launcher.link.key_pressed.emit('Space')
+    window._launcher.link.key_pressed.emit(KeyPress('Space', time.time()))
     assert rviz.done[2:] == ['Space']
     window._launcher.launch.phase = LaunchPhase.IDLE
     window._launcher.launch.changed.emit()
@@ -170,7 +172,7 @@ def test_keys_of_rviz_answer_no_dialog(window: LauncherApp,
                                        monkeypatch: pytest.MonkeyPatch) -> None:
     rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
     question = ask(window, 'Quit all nodes?', 'Quit', lambda: None)
-    window._launcher.link.key_pressed.emit('R')
+    window._launcher.link.key_pressed.emit(KeyPress('R', time.time()))
     assert rviz.done == []
     question.close()
 
@@ -179,7 +181,7 @@ def test_keys_of_rviz_go_on_beside_a_message_that_nobody_asked_for(
         window: LauncherApp, monkeypatch: pytest.MonkeyPatch) -> None:
     rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
     window._launcher.failed.emit('the disk is full')
-    window._launcher.link.key_pressed.emit('R')
+    window._launcher.link.key_pressed.emit(KeyPress('R', time.time()))
     assert rviz.done == ['R']
 
 
@@ -217,7 +219,7 @@ def test_a_launch_key_that_is_pressed_twice_does_not_quit(window: LauncherApp) -
 def marks(monkeypatch: pytest.MonkeyPatch) -> List[float]:
     """The moments that are marked."""
     found: List[float] = []
-    monkeypatch.setattr(RecordingModel, 'mark', lambda model: found.append(model.elapsed_s))
+    monkeypatch.setattr(RecordingModel, 'mark', lambda model, age_s=0.0: found.append(age_s))
     return found
 
 
@@ -236,8 +238,15 @@ def test_a_moment_is_marked_whatever_is_asked_meanwhile(marks: List[float], wind
     launcher.launch.changed.emit()
     launcher.recording._enter(launcher.recording.state._replace(phase=RecordingPhase.RECORDING))
     for key in ('M', 'R'):
-        launcher.link.key_pressed.emit(key)
-    assert len(marks) == 3 and launcher.recording.is_recording
+        launcher.link.key_pressed.emit(KeyPress(key, time.time() - 7.0))
+    assert len(marks) == 3 and marks[2] == pytest.approx(7.0, abs=2.0)  # RViz was late
+    assert launcher.recording.is_recording
+
+
+def test_rviz_says_when_a_key_was_pressed() -> None:
+    assert KeyPress.from_text('Shift+Space\n93.5', 100.0) == ('Shift+Space', 93.5)
+    assert KeyPress.from_text('M\n101.0', 100.0) == ('M', 100.0)  # never in the future
+    assert KeyPress.from_text('M', 100.0) == ('M', 100.0)
 
 
 def test_a_letter_that_is_written_in_a_dialog_is_no_mark(marks: List[float], window: LauncherApp,

@@ -286,6 +286,16 @@ def test_marks_have_numbers_or_labels(recording, client, qtbot):
     qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1', 'mark the seam tears'])
 
 
+def test_a_mark_may_be_of_a_moment_ago(recording, client, clock, qtbot):
+    recording.take_state(told('recording', files=(client.path,), duration_s=1.0, stamp_s=5000.0))
+    clock.now_s += 10.0
+    recording.mark(7.0)
+    recording.mark(1000.0)  # before the recording began
+    assert [it.time_s for it in recording.state.marks] == [4.0, 0.0]
+    qtbot.waitUntil(lambda: len(client.stamps_s) == 2)
+    assert client.stamps_s == [5003.0, 4999.0]
+
+
 def test_a_mark_that_fails_is_told_and_not_counted(recording, client, qtbot):
     client.error = RecorderError('no place')
     with qtbot.waitSignal(recording.failed) as signal:

@@ -2,6 +2,7 @@
 """The keys of the window, as in media players."""
 from __future__ import annotations
 
+import time
 from typing import Callable, Dict, List, Mapping, NamedTuple, Optional
 
 from PyQt5.QtCore import QEvent, QObject, Qt
@@ -23,6 +24,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
+from process_visualizer.gui.ros.snapshots import KeyPress
 from process_visualizer.gui.toolkit.dialogs import KeysDialog
 from process_visualizer.gui.toolkit.theme import theme
 
@@ -222,14 +224,19 @@ class WindowKeys:
             shortcut.setEnabled(not self._launcher.replay.is_live)
         self._launcher.link.take_keys([it.key().toString() for it in self._enabled()])
 
-    def press(self, key: str) -> None:
-        """Carry out a key pressed in RViz; while a dialog waits for an answer, only a mark."""
-        is_asked = any(it.isModal() and it.isVisible()
-                       for it in self._window.findChildren(QDialog))
-        if is_asked and not (key == _MARK and self._launcher.recording.is_recording):
+    def press(self, press: KeyPress) -> None:
+        """Carry out a key pressed in RViz; while a dialog waits for an answer, only a mark.
+
+        A mark is at the time of the press, though RViz may report it later.
+        """
+        recording = self._launcher.recording
+        if press.key == _MARK and recording.is_recording:
+            recording.mark(time.time() - press.pressed_s)
+            return
+        if any(it.isModal() and it.isVisible() for it in self._window.findChildren(QDialog)):
             return
         for shortcut in self._enabled():
-            if shortcut.key().toString() == key:
+            if shortcut.key().toString() == press.key:
                 shortcut.activated.emit()
                 return
 

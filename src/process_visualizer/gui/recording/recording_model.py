@@ -285,14 +285,17 @@ class RecordingModel(QObject):
         """Set the label for the next mark."""
         self._state = self._state._replace(label=label.strip())
 
-    def mark(self) -> None:
+    def mark(self, age_s: float = 0.0) -> None:
         """Write a mark for this moment into the recording, with the set label or with a number.
 
         A recorder that hangs writes the mark, with this time, when it responds.
+
+        Args:
+            age_s: how long ago the moment was, at most since the recording began [s].
         """
         if self.phase is RecordingPhase.RECORDING:
             now_s = self._now_s()
-            marked = self._state.marked(now_s, self._sender.stamp_s(now_s))
+            marked = self._state.marked(now_s, self._sender.stamp_s(now_s), age_s)
             self._write_mark(marked.marks[-1])
             self._enter(marked)
 

@@ -198,9 +198,15 @@ class RecordingState(NamedTuple):
         is_there = self.is_asked and self.phase is not RecordingPhase.GONE
         return self.answered(phase if is_there else self.phase, now_s)
 
-    def marked(self, now_s: float, stamp_s: float = 0.0) -> 'RecordingState':
-        """Return the state with another mark, with the set label or a number."""
-        mark = RecordedMark(self._moment_s(now_s, stamp_s), self.label or self.next_label, stamp_s)
+    def marked(self, now_s: float, stamp_s: float = 0.0, age_s: float = 0.0) -> 'RecordingState':
+        """Return the state with another mark, with the set label or a number.
+
+        The marked moment was ``age_s`` ago, at most since the recording began.
+        """
+        moment_s = self._moment_s(now_s, stamp_s)
+        age_s = min(max(age_s, 0.0), moment_s)
+        mark = RecordedMark(moment_s - age_s, self.label or self.next_label,
+                            stamp_s - age_s if stamp_s else 0.0)
         return self._replace(marks=(*self.marks, mark), label='')
 
     def _moment_s(self, now_s: float, stamp_s: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from typing import Callable, Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -15,7 +16,7 @@ from process_visualizer.clients.remote_follower import RemoteFollower
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.live.replay_model import MemoryCopy
-from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.ros.snapshots import KeyPress, PlayerSnapshot
 from process_visualizer.launching.replay_cell import ReplayCell
 from process_visualizer.msg import PlayerState
 from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ, RVIZ_KEY_TOPIC
@@ -52,7 +53,7 @@ class ReplayLink(QObject):
     """A PartReport."""
     player_state = pyqtSignal(object)
     """A PlayerSnapshot."""
-    key_pressed = pyqtSignal(str)
+    key_pressed = pyqtSignal(object)
     """One of the keys was pressed while the replay's RViz had the keyboard."""
 
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
@@ -164,7 +165,8 @@ class ReplayLink(QObject):
         self._leave_keys()
         self._key_follower = RemoteFollower(
             RVIZ_KEY_TOPIC, String, f'/{RVIZ}', self._cell.master_uri,
-            lambda key: self.key_pressed.emit(key.data), lambda: None)
+            lambda text: self.key_pressed.emit(KeyPress.from_text(text.data, time.time())),
+            lambda: None)
 
     def _leave_keys(self) -> None:
         if self._key_follower is not None:

@@ -25,6 +25,7 @@ from process_visualizer.gui.ros.replay_link import ReplayLink, player_snapshot
 from process_visualizer.gui.ros.rviz_markers import BoxMarker, PoseMarker
 from process_visualizer.gui.ros.snapshots import (
     DisplaySnapshot,
+    KeyPress,
     ObjectsSnapshot,
     PhaseSnapshot,
     RecorderSnapshot,
@@ -84,8 +85,8 @@ class RosLink(QObject):
     ghost_phase = pyqtSignal(object)
     rviz_moved = pyqtSignal()
     """RViz has been moved or resized, by anyone."""
-    key_pressed = pyqtSignal(str)
-    """One of the keys of ``take_keys`` was pressed in RViz, or in the RViz of a replay."""
+    key_pressed = pyqtSignal(object)
+    """One of the keys of ``take_keys`` was pressed in RViz, or in that of a replay: a KeyPress."""
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -185,7 +186,8 @@ class RosLink(QObject):
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
             rospy.Subscriber(RVIZ_WINDOW_TOPIC, PlaceMessage, self._take_window, queue_size=1),
             rospy.Subscriber(RVIZ_KEY_TOPIC, String,
-                             lambda key: self.key_pressed.emit(key.data), queue_size=10),
+                             lambda text: self.key_pressed.emit(
+                                 KeyPress.from_text(text.data, time.time())), queue_size=10),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
 

@@ -113,3 +113,22 @@ class DisplaySnapshot(NamedTuple):
     name: str
     level: int
     message: str
+
+
+class KeyPress(NamedTuple):
+    """A key pressed in RViz (as written by QKeySequence), and when (wall time, s since the epoch).
+
+    RViz may handle it seconds later.
+    """
+
+    key: str
+    pressed_s: float
+
+    @classmethod
+    def from_text(cls, text: str, now_s: float) -> 'KeyPress':
+        """Return what the text of ``RVIZ_KEY_TOPIC`` says; a press without a time is of now."""
+        key, _, pressed = text.partition('\n')
+        try:
+            return cls(key, min(float(pressed), now_s))
+        except ValueError:
+            return cls(key, now_s)
