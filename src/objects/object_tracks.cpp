@@ -94,7 +94,9 @@ constexpr float kMaxAcceleration = 8;    // m/s²: of an object with known motio
 constexpr float kMaxGateTime = 0.3F;     // s: the gate grows by these two for no longer
 constexpr float kMaxSizeChange = 0.5F;   // share of its size, for a match beyond kGate
 constexpr float kMinMovingSpeed = 0.3F;  // m/s
-constexpr float kMinLargeEdge = 0.05F;   // m: two edges of a large object are longer
+constexpr float kMaxEdgeGrowth = 1.5F;   // of an object that goes out of view
+constexpr std::size_t kMaxPointGrowth = 3;
+constexpr float kMinLargeEdge = 0.05F;  // m: two edges of a large object are longer
 constexpr std::size_t kMinLargePoints = 80;
 constexpr double kApproachWindow = 0.5;        // s: over which the approach speed is estimated
 constexpr double kMinApproachDuration = 0.09;  // s
@@ -168,8 +170,10 @@ UprightBox ObjectTracks::Track::predictedAt(double stamp) const {
   return box;
 }
 
-/// Gate: maximum distance from the predicted position, m.
+/// Gate: maximum distance from the predicted position, m. It grows with time, but not for an object
+/// that was hidden while it stood: what is far from there is another one.
 float ObjectTracks::Track::gateAt(double stamp) const {
+  if (stands() && stamp - last_seen > kMaxGateTime) return kGate;
   const float passed = std::min(static_cast<float>(stamp - last_seen), kMaxGateTime);
   const bool is_motion_known = observations >= kConfirmingObservations;
   return kGate + (is_motion_known ? kMaxAcceleration / 2 * passed * passed : kMaxSpeed * passed);
@@ -189,6 +193,17 @@ bool ObjectTracks::Track::stands() const {
 /// Returns whether it may be a person, parts of whom may be seen separately.
 bool ObjectTracks::Track::mayBePerson() const {
   return objects::mayBePerson(object.box.size, motion.velocity().norm() > kMinMovingSpeed);
+}
+
+/// Returns whether a detection is something else that came into view where this object went out of
+/// view: the rest of an object does not become much larger. The outline of a person changes too
+/// much to tell.
+bool ObjectTracks::Track::isReplacedBy(const UprightBox& predicted,
+                                       const FoundObject& found) const {
+  if (!is_vanishing || mayBePerson()) return false;
+  const Vector3f size = withYawNear(found.box, predicted.yaw).size;
+  return found.points > kMaxPointGrowth * object.points &&
+         (size - kMaxEdgeGrowth * predicted.size).maxCoeff() > kMaxExcess;
 }
 
 /// Returns whether a detection may be the part of a leaving person that is still in view: it is
@@ -223,6 +238,8 @@ void ObjectTracks::Track::observe(double stamp, const FoundObject& found) {
   object = {is_smoothed ? smoothed(predicted, box) : box, found.points, found.robot};
   updatePlaces(before, found);
   last_seen = last_hidden = stamp;
+  is_vanishing =
+      !is_complete && motion.velocity().norm() > kMinMovingSpeed && 2 * found.points < max_points;
   is_complete = is_complete || !found.isTruncated();
   ++observations;
 }
@@ -354,7 +371,9 @@ Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>
     const float gate = tracks_[track].gateAt(stamp);
     for (std::size_t object = 0; object < found.size(); ++object) {
       costs(track, object) = kForbidden;
-      if (!isNear(predicted, found[object].box, gate)) continue;
+      if (!isNear(predicted, found[object].box, gate) ||
+          tracks_[track].isReplacedBy(predicted, found[object]))
+        continue;
       const UprightBox box = tracks_[track].measuredBox(predicted, found[object]);
       const float grown = (box.size - predicted.size).norm();
       float away = distanceBetween(predicted, box);

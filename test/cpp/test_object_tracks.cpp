@@ -196,6 +196,38 @@ TEST(ObjectTracks, WhatIsLeftInViewOfSomebodyKeepsTheNumber) {
   EXPECT_TRUE(first->is_seen);
 }
 
+TEST(ObjectTracks, WhatComesIntoViewWhereAHandWentOutOfItIsAnotherOne) {
+  const auto seen = [](float x, const Vector3f& size, std::size_t points) {
+    FoundObject it = object({x, 0, 0}, size);
+    it.rim = {{it.box.center, {1, 0, 0}, true}};
+    it.places = {it.box.center};
+    it.points = points;
+    return it;
+  };
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 5; ++frame) {  // less and less of it is in view
+    const auto step = static_cast<float>(frame);
+    tracks.update(0.1 * frame, {seen(0.05F * step, {0.4F - 0.08F * step, 0.08F, 0.03F},
+                                     1000 - 200 * static_cast<std::size_t>(frame))});
+  }
+  const auto rest = tracks.update(0.5, {seen(0.24F, {0.06F, 0.08F, 0.03F}, 150)});
+  EXPECT_EQ(rest.back().number, 1U);
+  const auto ball = tracks.update(0.6, {seen(0.2F, {0.22F, 0.22F, 0.2F}, 1500)});
+  EXPECT_EQ(ball.back().number, 2U);
+}
+
+TEST(ObjectTracks, WhatComesIntoViewFarFromAHiddenThingIsAnotherOne) {
+  const Vector3f size(0.3F, 0.3F, 0.3F);
+  for (const float away : {0.2F, 0.45F}) {
+    ObjectTracks tracks;
+    for (int frame = 0; frame < 4; ++frame) tracks.update(0.1 * frame, {object({0, 0, 0}, size)});
+    const auto is_hidden = [](const UprightBox&) { return true; };
+    for (int frame = 4; frame < 14; ++frame) tracks.update(0.1 * frame, {}, is_hidden);
+    const auto found = tracks.update(1.4, {object({away, 0, 0}, size)}, is_hidden);
+    EXPECT_EQ(found.back().number, away < 0.25F ? 1U : 2U);
+  }
+}
+
 TEST(ObjectTracks, ThePartThatIsNearestToARobotCounts) {
   ObjectTracks tracks;
   FoundObject part = object({0.2F, 0, 0}, {0.1F, 0.1F, 0.1F});

@@ -77,6 +77,7 @@ class ObjectTracks {
     bool is_complete = false;   ///< seen at least once with no part of it hidden
     bool is_confirmed = false;  ///< not noise
     bool is_current = true;     ///< the distance is that of the part seen last
+    bool is_vanishing = false;  ///< it was moving, and less than half of it was left in view
     int observations = 0;
     std::deque<std::pair<double, float>> recent_distances = {};  ///< s, m
 
@@ -85,6 +86,7 @@ class ObjectTracks {
     bool isPart(const UprightBox& predicted, const FoundObject& found) const;
     bool stands() const;
     bool mayBePerson() const;
+    bool isReplacedBy(const UprightBox& predicted, const FoundObject& found) const;
     bool mayBeLeaving(const UprightBox& predicted, const FoundObject& found) const;
     bool mayBePartOf(const UprightBox& predicted, const UprightBox& found) const;
     UprightBox measuredBox(const UprightBox& predicted, const FoundObject& found) const;
