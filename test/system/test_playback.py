@@ -60,9 +60,10 @@ def test_the_cell_moves_as_recorded(bag, ros_environment, simulated_config, run_
     assert moved.returncode == 0 and len(moved.stdout.split(',')) == 6, moved.stdout
     nodes = run_command(ros_environment, 'rosnode', 'list').stdout.split()
     assert '/simulator' not in nodes
-    early, late = joints_at(ros_environment, 0.5), joints_at(ros_environment, 4.5)
-    assert early.count(',') == late.count(',') == 5 and early != late
-    assert joints_at(ros_environment, 0.5) == early
+    shown = [joints_at(ros_environment, position_s) for position_s in (0.5, 2.5, 4.5)]
+    assert all(joints.count(',') == 5 for joints in shown)
+    assert len(set(shown)) > 1, shown  # at two of them, the robot may rest in the same place
+    assert joints_at(ros_environment, 0.5) == shown[0]
     assert run.signal_and_wait(signal.SIGINT) == 0
 
 
