@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a program says if it gets no more memory, threads or processes."""
+"""Messages of a program that gets no more memory, threads or processes."""
 from __future__ import annotations
 
 import errno

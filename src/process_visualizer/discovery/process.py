@@ -122,7 +122,7 @@ _PULSE_SCORE, _PULSE_SHARE = 0.3, 0.1
 The score is low because such a run is right less often than one from a rise to a fall.
 """
 _LOWEST = 3
-"""How many of the lowest values of a state may mean rest."""
+"""Number of the lowest values of a state that may mean rest."""
 _EDGE_S, _EDGE_SHARE = 0.25, 0.1
 """Time, and share of a run, ignored at its beginning and end.
 

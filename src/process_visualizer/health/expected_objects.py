@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a sensor sees now becomes boxes whose content is expected from then on."""
+"""Boxes around the objects that a sensor sees now: their content is expected from then on."""
 from __future__ import annotations
 
 import math

@@ -135,7 +135,7 @@ class PartReport:
 
     @property
     def has_died(self) -> bool:
-        """Whether the part, or one of its nodes, has failed."""
+        """Return whether the part, or one of its nodes, has failed."""
         return self.state is PartState.FAILED or bool(self.dead_nodes)
 
     def starting(self, nodes: Iterable[str]) -> 'PartReport':

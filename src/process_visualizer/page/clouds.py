@@ -67,7 +67,7 @@ def cloud_entries(cell: Cell, recording: Recording, places: FramePlaces,
 
 
 class _Sent(NamedTuple):
-    """What a sensor has sent: clouds, or depth images with what belongs to them."""
+    """The messages of a sensor: clouds, or depth images with their camera infos and colors."""
 
     depths: 'SentMessages'
     infos: 'SentMessages'

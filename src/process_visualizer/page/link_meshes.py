@@ -47,7 +47,7 @@ class LinkMeshes:
 
     @property
     def notes(self) -> List[str]:
-        """What is not shown, and why."""
+        """The parts that are not shown, with the reasons."""
         return self._notes + ([
             f'{self._left_out} shapes are not shown: a page has at most {_MAX_SHAPES}, of '
             f'{_MAX_READ_TRIANGLES} triangles'] if self._left_out else [])

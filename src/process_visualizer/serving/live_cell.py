@@ -94,7 +94,7 @@ class LiveCell:
         self._layout, self._count = 0, 0
         self._has_new_lanes = self._has_new_cloud = False
         self.wants_clouds = False
-        """Whether any viewer wants clouds."""
+        """True while any viewer wants clouds."""
         self.alarms = CellAlarms(cell.devices)
         self.feed = LiveFeed()
 

@@ -14,8 +14,8 @@ import rosbag
 from genpy import Time
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
-from PyQt5.QtGui import QHoverEvent
-from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QPushButton
+from PyQt5.QtGui import QCursor, QHoverEvent
+from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QMessageBox, QPushButton
 from recording_stand_in import seen
 from session_stand import choose, play
 from std_msgs.msg import Float64
@@ -386,6 +386,24 @@ def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> N
     assert not any(it.isEnabled() for it in gone.findChildren(QPushButton))
     hover(stand, False)
     qtbot.waitUntil(lambda: len(stand.chips()) == len(stand.model.alarms) == 2)
+
+
+def test_alarms_keep_their_places_while_a_message_box_has_the_mouse(stand: Stand,
+                                                                    qtbot: Any) -> None:
+    stand.beyond(True)
+    hover(stand, True)
+    (chip,) = stand.chips()
+    box = QMessageBox(stand.strip.window())
+    box.open()
+    hover(stand, False)  # as Qt tells the strip
+    stand.strip._rest.timeout.emit()
+    stand.beyond(False)
+    stand.report(RVIZ_PART, NodeState.EXITED, 1)
+    assert stand.chips()[0] is chip
+    QCursor.setPos(stand.strip.mapToGlobal(stand.strip.rect().bottomRight() + QPoint(50, 50)))
+    box.close()
+    stand.report('arm', NodeState.EXITED, 1)
+    assert stand.chips()[0] is not chip
 
 
 def test_no_button_moves_when_there_are_more_alarms_than_fit(stand: Stand, qtbot: Any) -> None:

@@ -73,7 +73,7 @@ class SecondLauncher(QObject):
         self.start: QPushButton = self.box.addButton('Start here', QMessageBox.AcceptRole)
         self.start.setObjectName('start_here')
         self.restarts = False
-        """Whether the user wants this launcher to start, as the other one has ended."""
+        """True if the user wants this launcher to start now that the other one has ended."""
         self.box.addButton(QMessageBox.Close)
         self.box.finished.connect(self._answered)
         self._owner_began = start_time(owner.process_id) if owner.user else None

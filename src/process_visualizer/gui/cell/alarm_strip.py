@@ -6,7 +6,7 @@ import time
 from typing import Dict, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QShowEvent
+from PyQt5.QtGui import QCursor, QShowEvent
 from PyQt5.QtWidgets import (
     QApplication,
     QFrame,
@@ -106,7 +106,7 @@ class AlarmStrip(QWidget):
         self._model = model
         self._shown: Tuple[Alarm, ...] = ()
         self._known = 0  # rows when the alarms were sorted last
-        self._is_under_mouse = False
+        self._is_under_mouse = self._is_blocked = False
         self.summary = plain_label()
         self.summary.setObjectName('no_alarms')
         color(self.summary, 'quiet')
@@ -154,6 +154,8 @@ class AlarmStrip(QWidget):
         """See Qt; notice the mouse over the alarms."""
         if event.type() in (QEvent.HoverEnter, QEvent.HoverMove):
             self._is_under_mouse = True
+        elif event.type() == QEvent.HoverLeave and QApplication.activeModalWidget() is not None:
+            self._is_blocked = True  # a message box takes the mouse, which has not moved
         elif event.type() in (QEvent.HoverLeave, QEvent.Hide):
             self._is_under_mouse = False
             self._rest.start()
@@ -166,6 +168,9 @@ class AlarmStrip(QWidget):
     @property
     def _is_in_use(self) -> bool:
         """Return whether somebody may be about to use a button, or was a moment ago."""
+        if self._is_blocked and QApplication.activeModalWidget() is None:
+            self._is_blocked = False
+            self._is_under_mouse = self.rect().contains(self.mapFromGlobal(QCursor.pos()))
         focused = QApplication.focusWidget()
         return self._is_under_mouse or self._rest.isActive() or (
             focused is not None and self._chips.isAncestorOf(focused))

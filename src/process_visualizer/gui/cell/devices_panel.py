@@ -58,7 +58,7 @@ class DevicesView(QTreeWidget):
     warnings_wanted = pyqtSignal(str)
     """Of a device (its name)."""
     expect_wanted = pyqtSignal(str)
-    """What a depth sensor (its name) sees now is to be expected."""
+    """The objects that a depth sensor (its name) sees now are to be expected ones."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

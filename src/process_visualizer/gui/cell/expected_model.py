@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a depth sensor sees now, written into the file as what it expects."""
+"""Writes the objects that a depth sensor sees now into the file, as expected ones."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,7 @@ class ExpectModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     noted = pyqtSignal(str)
-    """What was done, for the operator."""
+    """Message for the operator: the result."""
     saved = pyqtSignal()
     """A file of the configuration has other boxes."""
 

@@ -154,7 +154,7 @@ class WatchModel(QObject):
 
     @property
     def picture_age_s(self) -> float:
-        """How old RViz's picture becomes until the next one [s]; 0 if it draws quickly enough."""
+        """Age of RViz's picture just before the next one [s]; 0 if it draws quickly enough."""
         return self._slow * _DRAWING_LOOK_MS / 1000.0
 
     def take_drawing(self) -> None:

@@ -38,7 +38,7 @@ _PLACED_S = 1.0
 _ANSWER_S = 20.0
 """Time allowed, on a busy computer, to load a reference run and find a moment in it [s]."""
 _TOLD_S, _TOLD_COLUMN_S = 3.0, 0.1
-"""How much of the past is told to programs as bands, and the duration of their columns [s]."""
+"""Time span of the bands that are published for other programs, and of one of their columns [s]."""
 _MAX_SHOWN = 2
 _MAX_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '

@@ -164,7 +164,7 @@ class RecordingModel(QObject):
 
     @property
     def incoming(self) -> float:
-        """What arrives now of the topics to record [bytes per s]."""
+        """The present data rate of the topics to record [bytes per s]."""
         return self._state.snapshot.rate * self.choices.ticked_share()
 
     def _follow_choices(self) -> None:

@@ -20,8 +20,8 @@ from process_visualizer.runs.deviation.signals import (
 )
 
 _NEAR_EVENT_S, _MAX_UNCERTAINTY_S = 60.0, 0.5
-"""How long before a moment an event counts, and the uncertainty above which it is between two [s].
-"""
+"""Maximum age of the event that dates a moment, and maximum uncertainty of one time [s]: above it,
+the text names two times."""
 _SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
           'tool sideways': ('to the left of its path', 'to the right of its path'),
           'tool up': ('above its path', 'below its path')}
