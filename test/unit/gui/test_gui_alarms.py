@@ -15,7 +15,7 @@ from genpy import Time
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QCursor, QHoverEvent
-from PyQt5.QtWidgets import QApplication, QPlainTextEdit, QMessageBox, QPushButton
+from PyQt5.QtWidgets import QApplication, QMessageBox, QPlainTextEdit, QPushButton
 from recording_stand_in import seen
 from session_stand import choose, play
 from std_msgs.msg import Float64
