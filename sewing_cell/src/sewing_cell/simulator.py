@@ -31,7 +31,7 @@ from sewing_cell.scene import INTRUDERS
 from sewing_cell.schedule import Schedule
 from sewing_cell.steering import QUALITIES
 
-_FASTEST_HZ = 1000.0
+_MAX_HZ = 1000.0
 
 GetParameter = Callable[[str, Any], Any]
 _Number = TypeVar("_Number", int, float)
@@ -91,9 +91,9 @@ def _boolean(get: GetParameter, name: str) -> bool:
 
 def _rate(get: GetParameter, name: str, default: float) -> float:
     rate = _number(get, name, default, float)
-    if not 0.0 <= rate <= _FASTEST_HZ:
+    if not 0.0 <= rate <= _MAX_HZ:
         raise ParameterError(
-            f"{name} is {rate} Hz; give 0 (off) or up to {_FASTEST_HZ:.0f} Hz"
+            f"{name} is {rate} Hz; give 0 (off) or up to {_MAX_HZ:.0f} Hz"
         )
     return rate
 

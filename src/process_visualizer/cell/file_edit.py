@@ -487,7 +487,7 @@ def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-_LONGEST = 200
+_MAX_LENGTH = 200
 
 
 class _Cut(NamedTuple):
@@ -552,7 +552,7 @@ def _element(data: bytes, tag: StartTag, end: int) -> _Cut:
     start, rest = _parts(data, tag)
     if not rest.lstrip().startswith('/>'):
         end = data.index(b'>', end) + 1
-    shown = re.sub('-(?=-)|-$', '- ', ' '.join(start.split())[:_LONGEST])
+    shown = re.sub('-(?=-)|-$', '- ', ' '.join(start.split())[:_MAX_LENGTH])
     comment = f'<!-- left out, as it was in a recording: {shown}> -->'
     return _Cut(tag.offset, end, comment.encode(encoding_of(data), 'replace'))
 

@@ -109,13 +109,13 @@ _HEADER = '''<?xml version="1.0" encoding="utf-8"?>
 <!-- Generated from src/process_visualizer/cell/elements.py by scripts/make_reference.py -->
 <xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">
 '''
-_LARGEST = '1.7976931348623157E308'
+_MAX_DOUBLE = '1.7976931348623157E308'
 _SUBSTITUTION = r'[\s\S]*$\([\s\S]*'
 _ANY_TEXT = ('text', 'command_line')
 _NUMBERS: Mapping[str, Tuple[str, ...]] = {
-    'plain_number': (f'minInclusive value="-{_LARGEST}"', f'maxInclusive value="{_LARGEST}"'),
-    'plain_positive': ('minExclusive value="0"', f'maxInclusive value="{_LARGEST}"'),
-    'plain_length': ('minInclusive value="0"', f'maxInclusive value="{_LARGEST}"'),
+    'plain_number': (f'minInclusive value="-{_MAX_DOUBLE}"', f'maxInclusive value="{_MAX_DOUBLE}"'),
+    'plain_positive': ('minExclusive value="0"', f'maxInclusive value="{_MAX_DOUBLE}"'),
+    'plain_length': ('minInclusive value="0"', f'maxInclusive value="{_MAX_DOUBLE}"'),
     'plain_fraction': ('minInclusive value="0"', 'maxInclusive value="1"'),
 }
 _TRIPLES = {'plain_vector': 'plain_number', 'plain_size': 'plain_positive',

@@ -15,7 +15,7 @@ _COMMAND = re.compile(r'\$\(\s*([^\s)]*)\s*([^\s)]*)')
 _NESTED = re.compile(r'\$\([^)]*\$\(')
 _UNFINISHED = re.compile(r'\$\([^)]*\Z')
 _ALLOWED = ('find', 'env', 'optenv', 'arg', 'dirname')
-_LONGEST = 65_536
+_MAX_LENGTH = 65_536
 """Maximum characters of a value; without a limit, nested arguments could fill the memory."""
 
 
@@ -72,8 +72,8 @@ def _known_values(text: str, arguments: Arguments) -> Dict[str, str]:
 def _check_length(text: str, arguments: Mapping[str, str]) -> None:
     values = {**os.environ, **arguments}
     longest = len(text) + sum(len(values.get(name, '')) for _, name in _COMMAND.findall(text))
-    if longest > _LONGEST:
-        raise ValueError(f'{quoted(text)} is longer than {_LONGEST} characters')
+    if longest > _MAX_LENGTH:
+        raise ValueError(f'{quoted(text)} is longer than {_MAX_LENGTH} characters')
 
 
 def package_advice(package: str, packages: Optional[rospkg.RosPack] = None) -> str:

@@ -10,7 +10,7 @@ _FAR_FROM_ZERO = 0.6  # share of the farthest value: if all are beyond it, zero 
 _KEPT_SHARE = 0.3  # share of the old scale: it stays as long as this much is needed
 _NEAR_SHARE = 0.5  # share of the values' span: a limit no farther away is shown, too
 _ROOM = 1.2  # end of the scale of a constant value, as a multiple: keeps it off the edge
-_LARGEST, _SMALLEST = 1e300, 1e-290  # numbers beyond these are no measurements
+_MAX_VALUE, _MIN_VALUE = 1e300, 1e-290  # numbers beyond these are no measurements
 _RESOLUTION = 1e-9  # share of the largest value: the shortest span that can be represented
 _MAX_NUMBER = 5  # digits before or after the point; longer numbers have an exponent
 
@@ -98,7 +98,7 @@ def _with_exponent(tick: float, exponent: int) -> str:
 
 
 def _limited(value: float) -> float:
-    return min(max(value, -_LARGEST), _LARGEST) if abs(value) >= _SMALLEST else 0.0
+    return min(max(value, -_MAX_VALUE), _MAX_VALUE) if abs(value) >= _MIN_VALUE else 0.0
 
 
 def _with_zero(low: float, high: float) -> Tuple[float, float]:

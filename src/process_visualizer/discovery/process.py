@@ -115,13 +115,13 @@ def _state(source: CurveSource, times_s: np.ndarray, values: np.ndarray) -> Iter
 
 # Definition of one run of the process.
 
-_FEWEST, _MIN_CONSISTENT, _MIN_SCORE = 2, 0.6, 0.2
+_MIN_RUNS, _MIN_CONSISTENT, _MIN_SCORE = 2, 0.6, 0.2
 _PULSE_SCORE, _PULSE_SHARE = 0.3, 0.1
 """Score of a run from pulse to pulse; share of time below which a bit is taken to send pulses.
 
 The score is low because such a run is right less often than one from a rise to a fall.
 """
-_LOWEST = 3
+_MAX_REST_LEVELS = 3
 """Number of the lowest values of a state that may mean rest."""
 _EDGE_S, _EDGE_SHARE = 0.25, 0.1
 """Time, and share of a run, ignored at its beginning and end.
@@ -168,7 +168,7 @@ def _span(begin: _Event, end: _Event, known: Sequence[StateNumber]) -> Optional[
     whole = tuple(run for run in runs if not run.is_broken_off)
     usual_s = float(np.median([run.end_s - run.begin_s for run in whole])) if whole else 0.0
     whole = tuple(run for run in whole if run.end_s - run.begin_s > _SHORT * usual_s)
-    if len(whole) < _FEWEST:
+    if len(whole) < _MIN_RUNS:
         return None
     covered = sum(run.end_s - run.begin_s for run in whole) / (whole[-1].end_s - whole[0].begin_s)
     alike = [share for share in (_consistency(state, whole) for state in known)
@@ -204,7 +204,7 @@ def _held(state: StateNumber, cycle: Cycle) -> List[Tuple[float, float]]:
 def _spans(known: Sequence[StateNumber]) -> Iterator[_Span]:
     for state in known:
         levels = np.unique(state.values)
-        for low, high in list(zip(levels, levels[1:]))[:_LOWEST]:
+        for low, high in list(zip(levels, levels[1:]))[:_MAX_REST_LEVELS]:
             threshold = 0.5 * float(low + high)
             name = state.label if state.is_bit else 'run'
             rise = _Event(f'{name} begins', state, threshold, True)
@@ -225,7 +225,7 @@ def _is_pulse(bit: StateNumber) -> bool:
 
 # Phases: the values of a state within a run.
 
-_MAX_PHASES, _FEWEST_WAITS = 12, 4
+_MAX_PHASES, _MIN_WAITS = 12, 4
 _MIN_WAIT_S, _MIN_WAIT, _TIMES_USUAL = 1.0, 0.2, 4.0
 """A wait's durations spread at least so far: range [s], std over mean, factor over usual."""
 
@@ -269,7 +269,7 @@ def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]
 
 def _waits(phases: Sequence[_Phase]) -> List[str]:
     """Return the names of the phases whose duration varies freely."""
-    if not phases or len(phases[0].took_s) < _FEWEST_WAITS:
+    if not phases or len(phases[0].took_s) < _MIN_WAITS:
         return []
     shares = [float(it.took_s.std() / max(it.took_s.mean(), 1e-9)) for it in phases]
     usual = float(np.median(shares))

@@ -18,10 +18,10 @@ does not lie exactly where it was.
 """
 _STILL_M_S, _STILL_M = 0.05, 0.05  # the noise of velocities and centers of things at rest
 _PERSON_M, _PERSON_WIDTH_M = (1.3, 2.1), 1.0  # height; with arms held out a little
-_WIDEST_M = 1.5  # more than a pallet
+_MAX_WIDTH_M = 1.5  # more than a pallet
 _WIDE = 'needs a box that is so wide that it would hide other things; write boxes into the file, ' \
         'each in a frame along which it is narrow'
-_FARTHEST_M = 1000.0  # what is farther away, or no number, is no place in a cell
+_MAX_COORDINATE_M = 1000.0  # what is farther away, or no number, is no place in a cell
 _MILLIMETERS = 1000.0
 _SAME_M = 1e-9
 
@@ -75,7 +75,7 @@ def expectation(looks: Looks, sought: SoughtObjects, frame: str) -> Expectation:
 def _hindrance(seen: SeenObject, sights: Sequence[SeenObject]) -> str:
     """Return why an object cannot be expected; '' if it can."""
     numbers = (*seen.center_m, *seen.size_m, seen.yaw_rad, seen.speed_m_s)
-    if not all(abs(it) < _FARTHEST_M for it in numbers) or min(seen.size_m) < 0.0:
+    if not all(abs(it) < _MAX_COORDINATE_M for it in numbers) or min(seen.size_m) < 0.0:
         return 'has no valid box'
     if not seen.is_confirmed:
         return 'is new and not confirmed'
@@ -107,7 +107,7 @@ class _Extent(NamedTuple):
 
     def is_wide(self) -> bool:
         """Return whether it is wide in both directions, such as a wall across the global frame."""
-        return all(greatest - least > _WIDEST_M
+        return all(greatest - least > _MAX_WIDTH_M
                    for least, greatest in zip(self.least[:2], self.greatest[:2]))
 
     def is_in(self, box: RegionOfInterest) -> bool:

@@ -80,9 +80,9 @@ class LiveFeed:
         return b''.join(_LENGTH.pack(len(it)) + it for it in found[::step])
 
 
-_LEAST_BYTES, _BEGIN_BYTES = 1500, 4000
+_MIN_BYTES, _BEGIN_BYTES = 1500, 4000
 """Bytes in flight to a viewer: two messages on any link, some more while the link is unknown."""
-_QUEUED_S, _LONGEST_S = 0.2, 0.5
+_QUEUED_S, _MAX_QUEUED_S = 0.2, 0.5
 _CLOUD_SHARE = 0.25
 """Maximum share of the time with a cloud in flight, so that frames do not wait for clouds."""
 _GONE_S = 20.0
@@ -108,7 +108,7 @@ class ViewerPace:
             self._others.append(Slot.CLOUD)
         self._cloud: Optional[Tuple[int, float]] = None  # in flight: count, time of sending
         self._cloud_from_s = now_s
-        self._window = LinkWindow(_LEAST_BYTES, _BEGIN_BYTES, _QUEUED_S, _LONGEST_S)
+        self._window = LinkWindow(_MIN_BYTES, _BEGIN_BYTES, _QUEUED_S, _MAX_QUEUED_S)
         self._sent: Deque[Tuple[int, int]] = deque()  # messages and bytes up to each of them
         self._bytes = 0
         self._count = self._answered = 0

@@ -83,8 +83,8 @@ class Clock:
 NS_PER_S = 1_000_000_000
 MIN_RATE = 0.01  # of the rates offered to the user; others may be requested
 MAX_RATE = 16.0
-SLOWEST_RATE = 1e-6
-FASTEST_RATE = 1e6  # as fast as messages can be sent
+MIN_REQUESTED_RATE = 1e-6
+MAX_REQUESTED_RATE = 1e6  # as fast as messages can be sent
 MIN_LOOP_NS = NS_PER_S // 10
 FOREVER_NS = 1 << 62
 
@@ -456,9 +456,10 @@ def checked_rate(rate: float) -> None:
         raise CommandRefused(f'the rate must be a number, not {rate}')
     if rate == 0.0:
         raise CommandRefused('the rate must not be 0: pause instead')
-    if not SLOWEST_RATE <= abs(rate) <= FASTEST_RATE:
-        raise CommandRefused(f'the rate must be from {SLOWEST_RATE:g} to {FASTEST_RATE:g}, or '
-                             f'from -{FASTEST_RATE:g} to -{SLOWEST_RATE:g} backwards, not {rate:g}')
+    if not MIN_REQUESTED_RATE <= abs(rate) <= MAX_REQUESTED_RATE:
+        low, high = MIN_REQUESTED_RATE, MAX_REQUESTED_RATE
+        raise CommandRefused(f'the rate must be from {low:g} to {high:g}, or from -{high:g} to '
+                             f'-{low:g} backwards, not {rate:g}')
 
 
 RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)

@@ -10,7 +10,7 @@ from enum import Enum
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.cell.values import number
-from process_visualizer.playback.timeline import FASTEST_RATE, CommandRefused, checked_rate
+from process_visualizer.playback.timeline import MAX_REQUESTED_RATE, CommandRefused, checked_rate
 from process_visualizer.playback.topic_choice import checked_prefix, resolved_name
 
 
@@ -96,7 +96,7 @@ class PlayerOptions:
     """The options of playback; times are seconds from the recording's beginning."""
 
     files: Tuple[str, ...]
-    rate: float  # negative: backward; with --immediate, FASTEST_RATE in the same direction
+    rate: float  # negative: backward; with --immediate, MAX_REQUESTED_RATE in the same direction
     start_s: Optional[float]  # None: the beginning, or the end when playing backward
     duration_s: Optional[float]  # None: all
     skip_empty_s: Optional[float]  # None: nothing is skipped
@@ -138,7 +138,7 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
     stamps = values.stamps or ('recorded' if values.clock else 'present')
     return PlayerOptions(
         files=tuple(files),
-        rate=math.copysign(FASTEST_RATE, values.rate) if values.immediate else values.rate,
+        rate=math.copysign(MAX_REQUESTED_RATE, values.rate) if values.immediate else values.rate,
         start_s=values.start, duration_s=values.duration,
         skip_empty_s=values.skip_empty, loop=values.loop, paused=values.pause,
         pause_topics=tuple(values.pause_topics), rate_control_topic=values.rate_control_topic or '',

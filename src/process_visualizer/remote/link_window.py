@@ -13,7 +13,7 @@ _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
 _LARGE_S, _MIN_LARGE_BYTES = 0.15, 16 << 10
 _QUEUED_S = 0.06
 """Maximum delay of an answer beyond the quickest one, by queues on the way."""
-_SHRINK, _MOST_SHRINK = 0.8, 0.1
+_SHRINK, _MIN_SHRINK = 0.8, 0.1
 _OVERDUE = 2.0
 """Factor by which an answer exceeds its maximum time when a link has become thin."""
 _RESERVE = 2.0
@@ -119,7 +119,7 @@ class LinkWindow:
         if answer_s > self._patience_s:
             if now_s - self._shrunk_s > answer_s:  # once for all data in flight
                 is_thin = answer_s > _OVERDUE * self._patience_s
-                shrink = max(self._patience_s / answer_s, _MOST_SHRINK) if is_thin else _SHRINK
+                shrink = max(self._patience_s / answer_s, _MIN_SHRINK) if is_thin else _SHRINK
                 self._window = max(self._least_bytes, self._window * shrink)
                 self._shrunk_s = now_s
         elif was_full:

@@ -45,7 +45,7 @@ def rename_links(robot: ElementTree.Element, prefix: str) -> None:
                 element.set(attribute, f'{prefix}{name}')
 
 
-_MOST_LINKS = 1000
+_MAX_LINKS = 1000
 _COMMENT = re.compile('<!--(.*?)-->', re.DOTALL)
 """Maximum number of links of an untrusted model, far more than a robot has."""
 _OWN_CONFIGURATION = 'name a configuration of your own with --config'
@@ -194,8 +194,8 @@ def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str)
 def _check_size(path: str, root: ElementTree.Element) -> None:
     """Limit the effort of computing link poses for an untrusted model."""
     count = len(root.findall('link'))
-    if count > _MOST_LINKS:
-        raise ModelError(f'{path}: a model in a recording may not have more than {_MOST_LINKS} '
+    if count > _MAX_LINKS:
+        raise ModelError(f'{path}: a model in a recording may not have more than {_MAX_LINKS} '
                          f'links, and it has {count}; {_OWN_CONFIGURATION}')
 
 

@@ -20,10 +20,10 @@ _MAX_PERIOD_NS = 200_000_000
 """Longest period of a judged topic; slower ones are often sent on change, after any silence."""
 _BUNCHED = 0.5
 """Messages after a silence that take less than this share of the usual time were held up."""
-_WINDOW, _FEWEST = 8, 2  # messages before one by which it is judged
+_WINDOW, _MIN_MESSAGES = 8, 2  # messages before one by which it is judged
 _CATCHES_UP_NS = 2_000_000_000
 """Maximum time after a silence in which messages that were held up arrive."""
-_KEPT, _LEAST = 200, 10  # intervals by which the usual one is determined
+_KEPT, _MIN_INTERVALS = 200, 10  # intervals by which the usual one is determined
 
 
 class LateArrivals:
@@ -76,7 +76,7 @@ class LateArrivals:
         return late
 
     def _usual_ns(self) -> float:
-        if len(self._intervals) < _LEAST:
+        if len(self._intervals) < _MIN_INTERVALS:
             return self._period_ns
         return float(np.median(self._intervals))
 
@@ -89,7 +89,7 @@ class LateArrivals:
         rows = np.arange(len(since))
         first = np.maximum(rows - _WINDOW, 0)
         count = rows - first
-        fast = (since - since[first] < _BUNCHED * usual * count) & (count >= _FEWEST) & (
+        fast = (since - since[first] < _BUNCHED * usual * count) & (count >= _MIN_MESSAGES) & (
             since - silence_end_ns <= _CATCHES_UP_NS)
         for time_ns in since[fast].tolist():
             if time_ns < self._unsure_ns:

@@ -155,7 +155,7 @@ def slope_of_rotations(times_s: Sequence[float], quaternions: Sequence[Quaternio
 
 BLOCK = 20  # messages: intervals over a block are even, although some came late or in bunches
 _MEMORY = 16 * BLOCK
-_LEAST = 10 * BLOCK
+_MIN_SAMPLES = 10 * BLOCK
 _LATELY = 8 * BLOCK
 _MAX_SPREAD = 0.2  # maximum difference of the median block from short ones, relative to these
 
@@ -181,7 +181,7 @@ class SendingPeriod:
         """Add an arrival."""
         self._times.append(time_s)
         self._countdown -= 1
-        if self._countdown <= 0 and len(self._times) >= _LEAST:
+        if self._countdown <= 0 and len(self._times) >= _MIN_SAMPLES:
             self._countdown = BLOCK
             self._update()
 
@@ -201,7 +201,7 @@ class SendingPeriod:
 
 HOLD_S = 0.05
 _MAX_BUNCHED = 50  # messages: in a longer bunch, only so many followers date a pose
-_SHORTEST = 0.99  # factor of the measured period: its small errors must not add up
+_MIN_PERIOD_SHARE = 0.99  # factor of the measured period: its small errors must not add up
 _SET_BACK_S = 0.1  # minimum step back of a clock for a new start
 
 
@@ -308,7 +308,7 @@ class ToolVelocity:
 
 def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float) -> float:
     """Return the latest possible time [s] of a pose: its followers came whole periods later."""
-    step_s = _SHORTEST * period_s
+    step_s = _MIN_PERIOD_SHARE * period_s
     latest_s, before_s = sample.time_s, 0.0
     for follower in followers:
         if sample.rate <= 0.0 or follower.rate <= 0.0:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.playback.timeline import FASTEST_RATE
+from process_visualizer.playback.timeline import MAX_REQUESTED_RATE
 from process_visualizer.player.player_options import (
     PlayerOptions,
     parse_options,
@@ -39,8 +39,8 @@ def test_defaults_are_those_of_rosbag_play():
     ('-r 2', 'rate', 2.0), ('-r2', 'rate', 2.0), ('--rate=0.5', 'rate', 0.5),
     ('-r -2', 'rate', -2.0), ('-r -.5', 'rate', -0.5), ('-r-16', 'rate', -16.0),
     ('--rate -0.01', 'rate', -0.01), ('-r 100', 'rate', 100.0), ('-r 0.001', 'rate', 0.001),
-    ('-i', 'rate', FASTEST_RATE), ('--immediate -r 2', 'rate', FASTEST_RATE),
-    ('-i -r -1', 'rate', -FASTEST_RATE), ('--rate -0.5 -i', 'rate', -FASTEST_RATE),
+    ('-i', 'rate', MAX_REQUESTED_RATE), ('--immediate -r 2', 'rate', MAX_REQUESTED_RATE),
+    ('-i -r -1', 'rate', -MAX_REQUESTED_RATE), ('--rate -0.5 -i', 'rate', -MAX_REQUESTED_RATE),
     ('--others pause', 'pauses_beside_others', True),
     ('--others warn', 'pauses_beside_others', False),
     ('-s 3', 'start_s', 3.0), ('--start 0', 'start_s', 0.0), ('--start=1.5', 'start_s', 1.5),

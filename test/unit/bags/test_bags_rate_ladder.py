@@ -5,17 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.playback.timeline import (
-    FASTEST_RATE,
     MAX_RATE,
+    MAX_REQUESTED_RATE,
     MIN_RATE,
+    MIN_REQUESTED_RATE,
     RATES,
-    SLOWEST_RATE,
     checked_rate,
     faster,
     slower,
 )
 
-VALID_RATES = st.floats(SLOWEST_RATE, FASTEST_RATE)
+VALID_RATES = st.floats(MIN_REQUESTED_RATE, MAX_REQUESTED_RATE)
 
 
 @pytest.mark.parametrize('rate, next_rate', [

@@ -13,7 +13,7 @@ from simulated_node import any_message
 from simulated_player import SimulatedPlayer
 from std_msgs.msg import Int32
 
-from process_visualizer.playback.timeline import FASTEST_RATE, CommandRefused
+from process_visualizer.playback.timeline import MAX_REQUESTED_RATE, CommandRefused
 from process_visualizer.player.bag_player import HEAD_START_NS, PlayerSettings
 
 HEAD_START_S = HEAD_START_NS * 1e-9
@@ -43,7 +43,7 @@ def played(player: SimulatedPlayer) -> Tuple[List[int], float]:
 
 
 @pytest.mark.parametrize('options, expected_ms, duration_s', [
-    ({'rate': FASTEST_RATE}, TIMES_MS, 0.0),
+    ({'rate': MAX_REQUESTED_RATE}, TIMES_MS, 0.0),
     ({'rate': 50.0}, TIMES_MS, 4.45 / 50.0),
     ({'settings': RECORDED._replace(end_s=0.72)}, list(range(0, 701, 50)), 0.7),
     ({'settings': RECORDED._replace(skip_empty_s=1.0)}, TIMES_MS, 1.9 + HEAD_START_S)])

@@ -25,7 +25,7 @@ RECENT_S = 30.0
 NOT_RESPONDING = 'The recorder is not responding'
 """For a recorder that runs but does not report at present, which is no reason to end it."""
 NOTHING_TOLD = RecorderSnapshot('idle')
-_LEAST_RECENT_S = 1.0
+_MIN_RECENT_S = 1.0
 _HOLE_S, _MEASURED_S = 1.5, 4.0
 """Time without a report that is no usual one [s], and the time after it until rates are right [s].
 
@@ -117,7 +117,7 @@ class RecordingState(NamedTuple):
     @property
     def save_obstacle(self) -> str:
         """Return why the last seconds cannot be saved now; empty if they can."""
-        if self.recent_s >= _LEAST_RECENT_S:
+        if self.recent_s >= _MIN_RECENT_S:
             return ''
         if self.is_silent:
             return f'{NOT_RESPONDING}. Save when it responds'

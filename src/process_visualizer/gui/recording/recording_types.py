@@ -112,7 +112,7 @@ class RecordingClock(NamedTuple):
         return max(self.shown_s, self.duration_s + passed_s)
 
 
-_OLDEST_S = 60.0
+_MAX_AGE_S = 60.0
 """Maximum age of a message [s]; an older stamp comes from a clock that has been set back."""
 
 
@@ -129,7 +129,7 @@ class SenderClock:
     def sent_s(self, stamp_s: float, now_s: float) -> float:
         """Return the time at which a message with this stamp that arrives now was sent."""
         self._offset_s = min(self._offset_s, now_s - stamp_s)
-        return max(stamp_s + self._offset_s, now_s - _OLDEST_S)
+        return max(stamp_s + self._offset_s, now_s - _MAX_AGE_S)
 
     def stamp_s(self, now_s: float) -> float:
         """Return the sender's time, never ahead of its clock; 0 before its first message."""

@@ -135,7 +135,7 @@ class NewestValue(QObject):
         self.came.emit(value)
 
 
-_SMALLEST_STEP = 0.005
+_MIN_STEP = 0.005
 """Smallest step that a progress bar shows; smaller ones would only wake the GUI thread."""
 
 
@@ -152,7 +152,7 @@ class TaskProgress(QObject):
 
     def report(self, fraction: float) -> None:
         """Report the finished part, 0 to 1; for the thread of the task."""
-        if abs(fraction - self._reported) >= _SMALLEST_STEP or fraction >= 1.0:
+        if abs(fraction - self._reported) >= _MIN_STEP or fraction >= 1.0:
             self._reported = fraction
             self.changed.emit(fraction)
 

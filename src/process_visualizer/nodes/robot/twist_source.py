@@ -118,7 +118,7 @@ For a tool that is found from joints alone every state counts, as for its curve.
 """
 ANSWER_S = 5.0
 _NS = 1e-9
-_SHORTEST = 0.9  # of a period: joint states come unevenly
+_MIN_PERIOD_SHARE = 0.9  # of a period: joint states come unevenly
 Decoders = Callable[[str], Optional[PoseDecoder]]
 
 
@@ -231,7 +231,7 @@ class RecordedReader:
     def _joint_events(self, decoder: PoseDecoder, topic: str, joints: TopicPart
                       ) -> Iterator[_Event]:
         assert self._joints is not None
-        shortest_s = _SHORTEST / JOINTS_HZ if self._has_poses else 0.0
+        shortest_s = _MIN_PERIOD_SHARE / JOINTS_HZ if self._has_poses else 0.0
         new: Dict[str, float] = {}
         next_s = -math.inf
         for recorded_s, found in self._joints.decoded(topic, joints):

@@ -228,7 +228,7 @@ def _inside(found: Alignment, begin: Anchor, end: Anchor) -> List[Anchor]:
 
 
 _Pair = Tuple[float, float]
-_FEWEST, _ALIKE = 4, 0.6
+_MIN_COMMON, _ALIKE = 4, 0.6
 _SAME_PLACE_M = 0.02
 _MIN_LOST_S, _BETWEEN_S = 0.15, 0.01
 """Minimum change of a rest's duration; a smaller one may come from the pace alone."""
@@ -317,7 +317,7 @@ def _common_orders(reference: Run, run: Run) -> Optional[Tuple[States, States, L
         if channel.key in theirs and is_sequence(channel) and is_sequence(theirs[channel.key]):
             mine, other = states(channel), states(theirs[channel.key])
             found = _common(mine, other)
-            if len(found) >= _FEWEST and (best is None or len(found) > len(best[2])):
+            if len(found) >= _MIN_COMMON and (best is None or len(found) > len(best[2])):
                 best = mine, other, found
     return best
 

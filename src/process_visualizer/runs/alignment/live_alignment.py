@@ -148,7 +148,7 @@ PERIOD_S = 0.02
 _NEAR_M, _FAR_M = 0.1, 0.2
 _LOST_S = 2.0
 """Time after which a robot far from the reference is doing something else [s]."""
-_SLOWEST = 1.5
+_MAX_STRETCH = 1.5
 """Maximum duration of what follows the end event, as a multiple of the reference's."""
 _WRONG_S = 1.0
 """A shorter step back in the reference is noise; a longer one corrects an error [s]."""
@@ -234,7 +234,7 @@ class LiveAlignment:
             self._tracker.take_event(self._events[name])
         if span is not None and name == span.end != span.begin:
             ends_s = max(self._events.get(name, (self._tracker.duration_s,)))
-            self._ends_s = time_s + _SLOWEST * (self._tracker.duration_s - ends_s)
+            self._ends_s = time_s + _MAX_STRETCH * (self._tracker.duration_s - ends_s)
 
     def advance(self, time_s: float, place: np.ndarray) -> None:
         """Take the place of the tools, (d,) [m], NaN where unknown, at a time [s], ascending."""

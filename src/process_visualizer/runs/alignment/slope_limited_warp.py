@@ -12,7 +12,7 @@ import numpy as np
 
 _STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
 """Steps in rows of the reference and of the run; of equally good ones, the first is taken."""
-_LONGEST = max(rows for rows, _ in _STEPS)
+_MAX_STEP_ROWS = max(rows for rows, _ in _STEPS)
 _BEGIN = len(_STEPS)
 _MAX_SHIFT = 64
 """Maximum shift of a band from one row to the next three; a larger one breaks the path."""
@@ -85,7 +85,7 @@ class _Search:
         self._band, self._run_rows, self._skipped = band, run_rows, skipped
         self._padding = _MAX_SHIFT + 3
         self._begins_at = {(rows, columns): self._shifts(rows, columns) for rows, columns in (
-            *_STEPS, *((back, 0) for back in range(1, _LONGEST)))}
+            *_STEPS, *((back, 0) for back in range(1, _MAX_STEP_ROWS)))}
         self._came_from = np.empty((len(band.first), band.width), np.int8)
         self._candidates = np.empty((len(_STEPS) + 1, band.width))
         self._width = band.width

@@ -25,7 +25,7 @@ OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
 """Signals that depend on the place at which a process runs."""
 TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
 _EDGED = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.NOISE)
-_EDGE_S, _SHORTEST_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
+_EDGE_S, _MIN_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
 _AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
 _BY_STATES_S = 0.08
 
@@ -69,7 +69,7 @@ def _less_sure_in_waits(band: Band, alignment: Alignment, reference: Run,
     found = dict(band.signals)
     for begin_s, end_s in reference.waits_s:
         run_s = alignment.time_map.to_run(np.array([begin_s, end_s]))
-        stretch = (end_s - begin_s) / max(float(np.ptp(run_s)), _SHORTEST_WAIT_S)
+        stretch = (end_s - begin_s) / max(float(np.ptp(run_s)), _MIN_WAIT_S)
         if stretch <= 1.0:
             continue
         rows = slice(*np.searchsorted(times_s, (begin_s - stretch * _EDGE_S, end_s + _EDGE_S)))

@@ -45,7 +45,7 @@ _NEWEST_S = 1.5
 """Maximum age of a value that says something about now [s]."""
 _REPORTED_AFTER_S = 0.2
 """Minimum time out of the band that is reported [s]."""
-_LONGEST_STEP_S = 0.06
+_MAX_STEP_S = 0.06
 _SWINGS_S = 0.1
 """Time for which a value may be back in range within one departure [s]."""
 _AROUND_GAPS_S = 0.15
@@ -257,7 +257,7 @@ def _lasting_s(times_s: np.ndarray, begin: int, end: int) -> float:
     steps_s = np.diff(times_s)
     if not len(steps_s):
         return 0.0
-    longest_s = max(_LONGEST_STEP_S, 1.5 * float(np.median(steps_s)))
+    longest_s = max(_MAX_STEP_S, 1.5 * float(np.median(steps_s)))
     return float(np.minimum(steps_s[begin:end - 1], longest_s).sum())
 
 

@@ -24,7 +24,7 @@ from process_visualizer.runs.series import (
 )
 
 _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE}
-_SLOWEST_S = 0.1
+_MAX_PERIOD_S = 0.1
 """Signals slower than this may repeat a value a few times by chance [s]."""
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
 _AS_LONG = 0.8
@@ -114,7 +114,7 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
     """Yield channels that are measured often: no states, and none that follow from the motion."""
     for channel in channels:
         if channel.kind in _KINDS and len(channel.times_s) > 1 and not is_sequence(channel) \
-                and period_s(channel.times_s) <= _SLOWEST_S:
+                and period_s(channel.times_s) <= _MAX_PERIOD_S:
             yield channel
 
 
@@ -139,7 +139,7 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.nd
 
 
 _ABOUT_S, _LOOK_BEFORE_S, _LOOK_BEHIND_S = 0.8, 1.5, 0.3
-_FEWEST_OF_PART = 5
+_MIN_OF_PART = 5
 _WORSE = 8.0
 """Maximum cost above the least one of a moment that is possible: values of noise are alike."""
 _BEHIND_EDGE = (0.5, 0.8, 1.1, 1.4, 1.7)
@@ -175,7 +175,7 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
     times_s = channel.times_s[inside]
     rows = max(FINE_S / max(period_s(times_s), 1e-9), 3.0)
     known = np.isfinite(np.stack(usual)).all(axis=0)
-    if len(times_s) < 4 * _FEWEST_OF_PART or not known.any():
+    if len(times_s) < 4 * _MIN_OF_PART or not known.any():
         return None
     usual_s, value, rough = (it[known] for it in usual)
     fine = fine_part(channel.values[inside] - np.interp(times_s, usual_s, value), rows)
@@ -187,7 +187,7 @@ def rough_since_s(channel: Channel, about_s: float, left_s: float,
     before, behind = total[:-1] / count, (total[-1] - total[:-1]) / count[::-1]
     cost = count * np.log(before + 1e-12) + count[::-1] * np.log(behind + 1e-12)
     cost[(behind <= before) | (times_s[1:] > left_s) | (np.abs(times_s[1:] - about_s) > _ABOUT_S)
-         | (count < _FEWEST_OF_PART) | (count[::-1] < _FEWEST_OF_PART)] = np.inf
+         | (count < _MIN_OF_PART) | (count[::-1] < _MIN_OF_PART)] = np.inf
     best = int(cost.argmin())
     if not np.isfinite(cost[best]):
         return None
@@ -244,7 +244,7 @@ def seldom_since_s(channel: Channel, left_s: float, worst_s: float, at_s: np.nda
     return (float(times_s[last_usual]) if last_usual >= 0 else 0.0), float(times_s[first])
 
 
-_BEFORE_S, _FEWEST = 0.5, 32
+_BEFORE_S, _MIN_VALUES = 0.5, 32
 _MIN_HZ, _PERIODS = 2.0, 4.0
 _PEAK = 12.0
 """Minimum ratio of a peak to the usual power.
@@ -261,7 +261,7 @@ def vibration_hz(channel: Channel, begin_s: float, end_s: float) -> Optional[flo
     usual_s = period_s(channel.times_s)
     inside = np.isfinite(channel.values) & (channel.times_s >= begin_s - _BEFORE_S) \
         & (channel.times_s <= end_s)
-    if usual_s <= 0.0 or np.count_nonzero(inside) < _FEWEST:
+    if usual_s <= 0.0 or np.count_nonzero(inside) < _MIN_VALUES:
         return None
     known_s, values = channel.times_s[inside], channel.values[inside].astype(float)
     times_s = np.arange(known_s[0], known_s[-1], usual_s)

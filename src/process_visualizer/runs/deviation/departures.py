@@ -23,17 +23,17 @@ from process_visualizer.runs.series import ROUGH_S, moving_maximum, spans
 _BEFORE_S, _MIN_BEFORE_S, _BEHIND_S = 4.0, 0.5, 0.4
 _SMALL = 0.3
 """A deviation is small up to this share of its size when it leaves the band."""
-_MIN_ROWS, _FEWEST_UNKNOWN = 8, 5
+_MIN_ROWS, _MIN_UNKNOWN = 8, 5
 _JUMP_S, _JUMP_SHARE = 0.1, 0.6
 _MIN_LEVEL, _LEVEL_CHANGES = 0.2, 1.2
 """Minimum level, as a share of its maximum, for shares of it, and change that makes them useful."""
 _AS_EVEN = 1.5
 """Maximum ratio of errors by the same noise, with a dozen independent values (F test)."""
-_LONGEST = 1.25
+_MAX_ONSET_WINDOWS = 1.25
 """Maximum time between onset and leaving the band, in windows of a mean."""
 _WORSE = 3.84
 """Maximum error above the best fit's of a moment that is possible, in variances (chi-squared)."""
-_USUALLY_ALIKE, _MOST_ALIKE = 5.0, 0.95
+_USUALLY_ALIKE, _MAX_CORRELATION = 5.0, 0.95
 """Usual number of rows that say no more than one, and the maximum correlation of two rows."""
 
 
@@ -131,7 +131,7 @@ def _independent(before: np.ndarray, count: int) -> float:
     away = before - before.mean()
     square = float(away @ away)
     alike = float(away[1:] @ away[:-1]) / square if square > 0.0 else 0.0
-    alike = min(max(alike, 0.0), _MOST_ALIKE)
+    alike = min(max(alike, 0.0), _MAX_CORRELATION)
     return max(count * (1.0 - alike) / (1.0 + alike), 1.0)
 
 
@@ -153,7 +153,7 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
         return Onset(float(times_s[left_row]), over_s)
     half = int(0.5 * over_s / (times_s[1] - times_s[0]))
     size = sign * float(np.nanmean(deviation[max(left_row - half // 2, 0):left_row + half + 1]))
-    rows = rows[rows >= left_row - int(_LONGEST * 2 * half)]
+    rows = rows[rows >= left_row - int(_MAX_ONSET_WINDOWS * 2 * half)]
     if len(rows) < _MIN_ROWS:
         return Onset(float(times_s[left_row]), over_s)
     excess = np.cumsum(np.concatenate(([0.0], sign * deviation[rows] - 0.5 * size)))
@@ -164,7 +164,7 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
 def _unknown_before(deviation: np.ndarray, left_row: int) -> Optional[int]:
     """Return the last known row before an unknown stretch in which a deviation began, or None."""
     known = np.flatnonzero(np.isfinite(deviation[:left_row]))
-    if not len(known) or left_row - known[-1] <= _FEWEST_UNKNOWN:
+    if not len(known) or left_row - known[-1] <= _MIN_UNKNOWN:
         return None
     before = float(np.median(deviation[known[-_MIN_ROWS:]]))
     is_small = before * np.sign(deviation[left_row]) < _SMALL * abs(deviation[left_row])

@@ -96,7 +96,7 @@ _NEAR_GAP_S = 0.4
 """Time around a gap in the motion in which the moment of the reference is uncertain [s].
 
 Limited to the length of the gap if no message was late, as a short gap can be bridged."""
-_FEWEST_KNOWN = int(0.5 * RATE_HZ)
+_MIN_KNOWN = int(0.5 * RATE_HZ)
 """Minimum rows of known motion before the first gap, and after the last."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'pace', ' noise'
 FORCE_DIRECTION, TORQUE_DIRECTION = 'tool force direction', 'tool torque direction'
@@ -234,7 +234,7 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
             found |= np.logical_and.reduce(near)
     pieces = spans(~found & (run_s >= 0.0) & (run_s <= run.duration_s))
     for begin, end in (pieces[0], pieces[-1]) if len(pieces) > 1 else ():
-        if end - begin < _FEWEST_KNOWN:
+        if end - begin < _MIN_KNOWN:
             found[begin:end] = True
     return found
 
