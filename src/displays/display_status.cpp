@@ -13,6 +13,7 @@
 #include <rviz/visualization_manager.h>
 #include <rviz/window_manager_interface.h>
 #include <sensor_msgs/RegionOfInterest.h>
+#include <std_msgs/Bool.h>
 #include <std_msgs/String.h>
 
 #include <QEvent>
@@ -43,7 +44,8 @@ using diagnostic_msgs::KeyValue;
 using sensor_msgs::RegionOfInterest;
 
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr float kLookPeriod = 0.1F;  ///< between two checks of the camera, s
+constexpr float kLookPeriod = 0.1F;                       ///< between two checks of the camera, s
+constexpr std::chrono::milliseconds kCoveredPeriod{250};  ///< of pictures that nobody sees
 
 // Displays that have received nothing
 
@@ -278,6 +280,32 @@ class WindowPlace : public QObject {
   std::optional<RegionOfInterest> wanted_;
 };
 
+/// Draws only four pictures a second while another window covers RViz's, which the program that
+/// shows that window says on `~covered` (std_msgs/Bool, latched): the other window gets the time.
+class CoveredPace : public QObject {
+ public:
+  explicit CoveredPace(rviz::VisualizationManager& manager) : manager_(&manager) {
+    subscriber_ = ros::NodeHandle("~").subscribe<std_msgs::Bool>(
+        "covered", 1, [this](const std_msgs::BoolConstPtr& it) { is_covered_ = it->data; });
+    timer_.setSingleShot(true);
+    connect(&timer_, &QTimer::timeout, this, [this] { manager_->startUpdate(); });
+  }
+
+  /// Makes a pause before the next picture if the window is covered. Call this for each picture.
+  void follow() {
+    is_covered_ = is_covered_ && subscriber_.getNumPublishers() > 0;
+    if (!is_covered_ || timer_.isActive()) return;
+    manager_->stopUpdate();
+    timer_.start(kCoveredPeriod);
+  }
+
+ private:
+  rviz::VisualizationManager* manager_;
+  ros::Subscriber subscriber_;
+  QTimer timer_;
+  bool is_covered_ = false;
+};
+
 /// RViz display that draws nothing. It adds a warning to the status of each display that has not
 /// received anything, which RViz alone reports as OK. Twice a second, while RViz's window responds
 /// (even if this display is disabled), it publishes the status of all displays on `~display_status`
@@ -287,7 +315,8 @@ class WindowPlace : public QObject {
 ///
 /// On `~camera` (std_msgs/String, latched) it publishes the current camera when that has changed,
 /// at most ten times a second. It publishes and sets the place of RViz's window (see WindowPlace),
-/// and passes keys on to the launcher (see KeyReport).
+/// passes keys on to the launcher (see KeyReport), and spares pictures that nobody sees (see
+/// CoveredPace).
 class DisplayStatus : public rviz::Display {
  public:
   void update(float wall_dt, float ros_dt) override;
@@ -307,6 +336,7 @@ class DisplayStatus : public rviz::Display {
   ros::Publisher publisher_, camera_publisher_;
   std::unique_ptr<WindowPlace> window_place_;
   std::unique_ptr<KeyReport> key_report_;
+  std::unique_ptr<CoveredPace> covered_pace_;
   std::string published_camera_;
   float seconds_since_camera_ = 0;
   QTimer report_timer_;
@@ -335,12 +365,16 @@ void DisplayStatus::stopDrawingAtTheEnd() {
   auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_);
   const auto* application = qobject_cast<QGuiApplication*>(QCoreApplication::instance());
   if (!manager || !application) return;
-  connect(application, &QGuiApplication::lastWindowClosed, this,
-          [manager] { manager->stopUpdate(); });
+  covered_pace_ = std::make_unique<CoveredPace>(*manager);
+  connect(application, &QGuiApplication::lastWindowClosed, this, [this, manager] {
+    covered_pace_.reset();
+    manager->stopUpdate();
+  });
 }
 
 void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
   if (window_place_) window_place_->follow();
+  if (covered_pace_) covered_pace_->follow();
   seconds_since_camera_ += wall_dt;
   if (seconds_since_camera_ >= kLookPeriod) publishCamera();
 }

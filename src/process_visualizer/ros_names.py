@@ -46,6 +46,7 @@ GHOST_TOPIC = f'/{GHOST}/marker_array'
 GHOST_PHASE_TOPIC = f'/{GHOST}/phase'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
+RVIZ_COVERED_TOPIC = f'/{RVIZ}/covered'  # subscribed there
 RVIZ_CAMERA_TOPIC = f'/{RVIZ}/camera'  # published there
 RVIZ_WINDOW_TOPIC = f'/{RVIZ}/window'  # published there
 RVIZ_KEYS_TOPIC = f'/{RVIZ}/keys'  # subscribed there

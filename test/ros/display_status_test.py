@@ -12,7 +12,7 @@ from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point, PointStamped
 from sensor_msgs.msg import PointCloud2, PointField, RegionOfInterest
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
 RVIZ_STARTS_WITHIN_S = 90.0
 
@@ -68,6 +68,24 @@ class DisplayStatusTest(unittest.TestCase):
         deaf = self.displays['Deaf']
         self.assertIn('No messages received: RViz has not subscribed /nobody', deaf.message)
         self.assertGreaterEqual(deaf.level, DiagnosticStatus.WARN)
+
+    def test_a_covered_window_draws_few_pictures(self) -> None:
+        def picture(report: DiagnosticArray) -> Tuple[int, float]:
+            return int(values(report.status[0])['frames']), report.header.stamp.to_sec()
+
+        def draws_few() -> bool:
+            if len(reports.messages) < 4:
+                return False
+            (first, begin_s), (last, end_s) = (picture(reports.messages[it]) for it in (-4, -1))
+            return last - first <= (end_s - begin_s) / 0.25 + 1
+
+        publisher = rospy.Publisher('/rviz/covered', Bool, queue_size=1, latch=True)
+        publisher.publish(True)
+        with Listener('/rviz/display_status', DiagnosticArray) as reports:
+            wait_until(draws_few, 'few pictures')
+            publisher.unregister()  # as if the launcher ended
+            drawn, _ = picture(reports.messages[-1])
+            wait_until(lambda: picture(reports.messages[-1])[0] > drawn + 20, 'all pictures again')
 
     def test_message_that_has_no_place_was_received_all_the_same(self) -> None:
         self.assertIn('No messages received on /lost', self.displays['Lost'].message)

@@ -24,8 +24,8 @@ from process_visualizer.gui.app.launcher import Launcher, _takes_topics
 from process_visualizer.gui.app.main import store_changes, words_to_go_on
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.launch_model import LaunchPhase
-from process_visualizer.gui.recording.recording_types import FinishedBag
-from process_visualizer.gui.recording.recording_types import RecordingPhase as RecordingPhase
+from process_visualizer.gui.live.replay_model import ReplayPhase
+from process_visualizer.gui.recording.recording_types import FinishedBag, RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 from process_visualizer.launching.ros_master import RosMasterError
@@ -500,3 +500,13 @@ def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> N
         '--ports', '50000-50063', 'a:=1', '__name:=launcher']) == [
             'gui', '--mode', 'playback', '--devices', 'press', '--remote', '--ports',
             '50000-50063', '__name:=launcher']
+
+
+def test_rviz_draws_little_while_a_replay_covers_it(launcher: Launcher,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    told: List[bool] = []
+    monkeypatch.setattr(launcher.link, 'cover_rviz', told.append)
+    for phase in (ReplayPhase.PREPARING, ReplayPhase.SHOWN, ReplayPhase.LIVE):
+        launcher.replay._phase = phase
+        launcher.replay.changed.emit()
+    assert told == [False, True, False]

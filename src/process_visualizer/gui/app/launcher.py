@@ -37,7 +37,7 @@ from process_visualizer.gui.compare.compare_model import BandsModel, CompareMode
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.live.live_curves_model import LiveCurvesModel
-from process_visualizer.gui.live.replay_model import ReplayModel
+from process_visualizer.gui.live.replay_model import ReplayModel, ReplayPhase
 from process_visualizer.gui.playback.bag_model import BagModel, missing_of, placed_marks
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.playback.values_model import Played, ValuesModel
@@ -411,6 +411,8 @@ class Launcher(QObject):
         link.replay.reported.connect(self.replay.take_report)
         link.replay.player_state.connect(self.replay.take_state)
         link.rviz_moved.connect(self.replay.follow_window)
+        self.replay.changed.connect(
+            lambda: link.cover_rviz(self.replay.phase is ReplayPhase.SHOWN))
         link.ghost_phase.connect(self.live_comparison.take_phase)
         self.live_comparison.changed.connect(
             lambda: link.tell_comparison(lambda: self.live_comparison.told,

@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from PyQt5.QtCore import QObject, pyqtSignal
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import RegionOfInterest as PlaceMessage
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from process_visualizer.cell.model import Pose, RegionOfInterest
 from process_visualizer.clients.bag_recorder import BagRecorder, RecorderMemory
@@ -51,6 +51,7 @@ from process_visualizer.ros_names import (
     OBJECTS,
     ROI_FILTER,
     RVIZ_CAMERA_TOPIC,
+    RVIZ_COVERED_TOPIC,
     RVIZ_KEY_TOPIC,
     RVIZ_KEYS_TOPIC,
     RVIZ_PLACE_TOPIC,
@@ -115,6 +116,8 @@ class RosLink(QObject):
         self.replay.key_pressed.connect(self.key_pressed)
         self._place_publisher: Optional[rospy.Publisher] = None
         self._keys_publisher: Optional[rospy.Publisher] = None
+        self._covered_publisher: Optional[rospy.Publisher] = None
+        self._is_covered = False
         self._comparison_publishers: Tuple[rospy.Publisher, ...] = ()
 
     def begin(self) -> None:
@@ -140,6 +143,15 @@ class RosLink(QObject):
         self._place = place
         self._send_place()
 
+    def cover_rviz(self, is_covered: bool) -> None:
+        """Tell RViz whether another window covers its own; return at once.
+
+        RViz then draws few pictures, and the other window's program gets the time.
+        """
+        if is_covered != self._is_covered:
+            self._is_covered = is_covered
+            self._send_covered()
+
     def take_keys(self, keys: Sequence[str]) -> None:
         """Let RViz pass on these keys, as written by QKeySequence; return at once."""
         if tuple(keys) != self._keys:
@@ -154,6 +166,10 @@ class RosLink(QObject):
         for publisher, text in zip(self._comparison_publishers, (verdict, bands)):
             if publisher.get_num_connections() > 0:
                 publisher.publish(String(text()))
+
+    def _send_covered(self) -> None:
+        if self._covered_publisher is not None:
+            self._covered_publisher.publish(Bool(self._is_covered))
 
     def _send_keys(self) -> None:
         if self._keys_publisher is not None:
@@ -170,6 +186,9 @@ class RosLink(QObject):
         self._place_publisher = rospy.Publisher(RVIZ_PLACE_TOPIC, PlaceMessage, queue_size=1,
                                                 latch=True)
         self._send_place()
+        self._covered_publisher = rospy.Publisher(RVIZ_COVERED_TOPIC, Bool, queue_size=1,
+                                                  latch=True)
+        self._send_covered()
         self._keys_publisher = rospy.Publisher(RVIZ_KEYS_TOPIC, String, queue_size=1, latch=True)
         self._send_keys()
         self._comparison_publishers = tuple(
