@@ -7,9 +7,9 @@ from typing import List, Optional
 
 import pytest
 
-from process_visualizer.runs.comparison.live_comparison import (
+from process_visualizer.runs.comparison.live_comparison import LiveDeparture
+from process_visualizer.runs.comparison.live_runs import (
     FinishedRun,
-    LiveDeparture,
     LiveRuns,
     finished_run,
     with_rest,

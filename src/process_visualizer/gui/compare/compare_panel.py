@@ -34,11 +34,8 @@ from process_visualizer.gui.toolkit.scrolling import TextPlace
 from process_visualizer.gui.toolkit.theme import color
 from process_visualizer.gui.toolkit.widgets import RowDelegate, color_row, in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.live_comparison import (
-    FinishedRun,
-    beyond_text,
-    lasting_text,
-)
+from process_visualizer.runs.comparison.live_comparison import beyond_text, lasting_text
+from process_visualizer.runs.comparison.live_runs import FinishedRun
 from process_visualizer.runs.comparison.wording import (
     amount,
     band_text,

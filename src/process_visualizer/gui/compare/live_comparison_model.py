@@ -18,13 +18,15 @@ from process_visualizer.gui.ros.snapshots import PhaseSnapshot
 from process_visualizer.runs.alignment.live_alignment import PhaseHistory
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.live_comparison import (
-    FinishedRun,
     LiveBands,
     LiveComparison,
     LiveDeparture,
-    LiveRuns,
     beyond_text,
     departure_text,
+)
+from process_visualizer.runs.comparison.live_runs import (
+    FinishedRun,
+    LiveRuns,
     finished_run,
     with_rest,
 )
