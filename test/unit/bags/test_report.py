@@ -28,15 +28,17 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.report import (
     Completeness,
     Report,
-    Stream,
     as_json,
     as_text,
+    make_report,
+    verdict,
+)
+from process_visualizer.bagio.stream_gaps import (
+    Stream,
     backward_jumps,
     find_gaps,
     header_numbers,
-    make_report,
     range_minima,
-    verdict,
 )
 from process_visualizer.commands.command_line import main
 
