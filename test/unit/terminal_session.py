@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A terminal with a process in it, typed at and read by a test."""
+"""A terminal with a process, which a test types to and reads from."""
 import fcntl
 import os
 import pty
@@ -14,7 +14,7 @@ DEADLINE_S = 60.0
 
 
 class TerminalSession:
-    """Starts a command as the leader of a new session with a terminal of its own."""
+    """Command that runs as the leader of a new session with its own terminal."""
 
     def __init__(self, command, environment):
         self.master, terminal = pty.openpty()
@@ -37,7 +37,7 @@ class TerminalSession:
         self.hang_up()
 
     def hang_up(self):
-        """Close the terminal, which ends what still runs in its foreground."""
+        """Close the terminal, which ends the processes in its foreground."""
         if self.master >= 0:
             os.close(self.master)
         self.master = -1
@@ -46,7 +46,7 @@ class TerminalSession:
         os.write(self.master, data)
 
     def expect(self, text):
-        """Read up to a text; returns what came before it."""
+        """Read up to a text; return everything before it."""
         deadline = time.monotonic() + DEADLINE_S
         while text not in self._unread:
             remaining = deadline - time.monotonic()
@@ -60,7 +60,7 @@ class TerminalSession:
         return before
 
     def is_restored(self):
-        """Return whether lines are edited and echoed, and all else is as in the beginning."""
+        """Return whether lines are edited and echoed, and the rest is as in the beginning."""
         return termios.tcgetattr(self.master) == self._begun
 
     def wait(self):
@@ -68,6 +68,6 @@ class TerminalSession:
 
 
 def _take_terminal():
-    """Control the terminal as a shell's first process does, and hear when it is closed."""
+    """Control the terminal as a shell's first process does, and get notified when it is closed."""
     hear_hangup()
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What reports of RViz's displays say of its picture."""
+"""The state of the view in reports of RViz's displays."""
 from __future__ import annotations
 
 from typing import Tuple

@@ -18,7 +18,7 @@ TIMEOUT_S = 60.0
 
 
 class Publisher:
-    """A node that publishes a text to one subscriber, and the master that knows it."""
+    """Node that publishes a text to one subscriber, and the master that knows it."""
 
     def __init__(self) -> None:
         self._listening = socket.create_server(('127.0.0.1', 0))
@@ -54,7 +54,7 @@ class Publisher:
 
 @pytest.fixture
 def publisher() -> Iterator[Publisher]:
-    """One that ends with the test."""
+    """A publisher that ends with the test."""
     found = Publisher()
     yield found
     found.close()
@@ -77,6 +77,6 @@ def test_a_follower_can_be_closed_whether_or_not_its_node_has_ended(
         connection.close()
         assert ended.wait(TIMEOUT_S)
     follower.close()
-    follower.close()  # as the last one that is interested does not know
+    follower.close()  # as the last follower does not know
     assert (texts, ended.is_set()) == (['hello'], ends_by_itself)
     connection.close()

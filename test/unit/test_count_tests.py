@@ -19,7 +19,7 @@ def suite(*cases: str, failures: int = 0, errors: int = 0) -> str:
 
 
 def counted(folder: Path, code: int, *steps: str) -> List[str]:
-    """The lines that are printed."""
+    """The printed lines."""
     done = subprocess.run([sys.executable, str(SCRIPT), str(folder), *steps],
                           stdout=subprocess.PIPE, text=True, check=False)
     assert done.returncode == code, done.stdout

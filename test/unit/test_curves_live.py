@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Curves of messages as they come are those that the recording has afterwards."""
+"""Live curves of messages equal those of the recording afterward."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -141,7 +141,7 @@ def test_a_recorder_that_stood_still_is_no_habit_of_the_topics(
 
 
 def held_up(part: RecentPart, begin_ns: int, end_ns: int) -> RecentPart:
-    """The same messages as a recorder takes them that hangs meanwhile."""
+    """The same messages in the batches of a recorder that hangs."""
     is_late = (part.times_ns >= begin_ns) & (part.times_ns < end_ns)
     return part._replace(times_ns=np.where(
         is_late, end_ns - 10 ** 7 + 10 ** 3 * np.arange(len(is_late)), part.times_ns))
@@ -205,7 +205,7 @@ def test_the_value_of_a_topic_that_is_sent_seldom_holds(bag: Tuple[str, Tuple[De
 
 
 def test_topics_without_a_variable_have_values_too(bag: Tuple[str, Tuple[Device, ...]]) -> None:
-    """Each has a color of its own."""
+    """Each has its own color."""
     path, devices = bag
     feed, data = sent_seldom(path)
     topic = next(it for it in devices[1].topics if it.name == '/feed')
@@ -225,13 +225,13 @@ def test_marks_come_with_their_labels_and_time_may_go_back(tmp_path: Path) -> No
     live.add(part_of((mark,), [(0, 5_000_000_000, len(text).to_bytes(4, 'little') + text)],
                      6_000_000_000))
     assert [(it.time_s, it.label) for it in live.window(30.0).marks] == [(0.0, 'seam tears – ö')]
-    live.add(part_of((mark,), [], 1_000_000_000))  # a simulation that was started again
+    live.add(part_of((mark,), [], 1_000_000_000))  # a simulation that was restarted
     assert live.window(30.0).marks == () and live.window(30.0).curves == ()
 
 
 def test_connections_that_are_known_before_their_messages_have_curves(
         bag: Tuple[str, Tuple[Device, ...]]) -> None:
-    """As after a clock that went back."""
+    """For example after a clock that was set back."""
     path, devices = bag
     live = LiveCurves(devices)
     (part,) = parts_of(path, 30.0)
@@ -287,7 +287,7 @@ def test_a_topic_of_something_else_is_not_asked_for_again(
 
 
 def test_a_tool_moves_by_the_joints_of_a_topic_that_comes_later(tmp_path: Path) -> None:
-    """The gripper's topic is named first, and is there first."""
+    """The gripper's topic is named first, and arrives first."""
     (tmp_path / 'arm.urdf').write_text(ARM)
     (tmp_path / 'cell.xml').write_text(
         '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
@@ -308,7 +308,7 @@ def test_a_tool_moves_by_the_joints_of_a_topic_that_comes_later(tmp_path: Path) 
 
 
 def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(tmp_path: Path) -> None:
-    """It has been known since the beginning, at which nothing of the arm had come."""
+    """It has been known since the beginning, when there was no message of the arm."""
     (tmp_path / 'arm.urdf').write_text(ARM.replace('<link name="base"/>', '<link name="base"/>'
         '<link name="cart"/>').replace('<parent link="base"/>', '<parent link="cart"/>').replace(
         '</robot>', '<joint name="rail" type="prismatic"><parent link="base"/>'
@@ -331,7 +331,7 @@ def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(tmp_path: Path)
 @pytest.mark.parametrize('step_s', [0.02, 0.1, 0.5])
 def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_path: Path,
                                                                         step_s: float) -> None:
-    """Nobody knows when they were measured; the tool moves evenly."""
+    """Their measuring times are unknown; the tool moves evenly."""
     (tmp_path / 'arm.urdf').write_text(ARM)
     (tmp_path / 'cell.xml').write_text(
         '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
@@ -353,7 +353,7 @@ def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_pa
 
 
 def test_a_topic_that_changes_its_rate_is_where_it_was_recorded(tmp_path: Path) -> None:
-    """By its period of most of the time, quick messages would be some seconds earlier."""
+    """With its usual period, fast messages would be some seconds too early."""
     (tmp_path / 'cell.xml').write_text(
         '<visualizer><device type="other" name="o"><base frame="o"/>'
         '<variable topic="heat" frame="o"/></device></visualizer>')

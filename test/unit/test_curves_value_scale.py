@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The scale of a curve: it holds the values, its ticks are tidy, and it changes seldom."""
+"""The scale of a curve: it contains the values, has tidy ticks, and seldom changes."""
 from __future__ import annotations
 
 import math
@@ -72,7 +72,7 @@ def test_the_same_values_have_the_same_scale(values: Tuple[float, float]) -> Non
 
 @given(st.lists(st.floats(-0.02, 0.02), min_size=2, max_size=40), st.floats(0.5, 100.0))
 def test_slow_changes_hardly_change_the_scale(noise: List[float], high: float) -> None:
-    """Whatever the order of values that differ by a few percent: at most two changes."""
+    """In any order of values that differ by a few percent: at most two changes."""
     scales, scale = [], None
     for part in noise:
         scale = tidy_scale(0.0, high * (1.0 + part), before=scale)

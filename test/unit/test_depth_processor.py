@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The depth processor: a new header on serialized clouds, the age of the last, bad input."""
+"""The depth processor: a new header on serialized clouds, the age of the last one, bad input."""
 from __future__ import annotations
 
 from io import BytesIO
@@ -26,7 +26,7 @@ FRAME_ID = st.text(alphabet='abc_/æ', max_size=20)
 
 
 def serialize(message: PointCloud2) -> bytes:
-    """Return the message as it goes over the wire."""
+    """Return the serialized message."""
     buffer = BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
@@ -89,7 +89,7 @@ def depth_proc(topic: str = '/kinect/roi_points') -> SimulatedNode:
 
 
 def clouds(node: SimulatedNode) -> List[PointCloud2]:
-    """Return what it has published."""
+    """Return the published clouds."""
     return [PointCloud2().deserialize(it._buff) for it in node.sent('points')]
 
 
@@ -157,7 +157,7 @@ def test_what_rviz_has_of_an_earlier_process_is_cleared_until_the_first_cloud() 
     empty = PointCloud2().deserialize(written.getvalue())
     assert (empty.header.frame_id, empty.header.stamp) == ('world', node.now())
     assert (empty.width, empty.data) == (0, b'')
-    # without them RViz would not color what comes
+    # without them RViz would not color later clouds
     assert [it.name for it in empty.fields] == ['x', 'y', 'z', 'rgb', 'intensity']
     node.send('/kinect/roi_points', stamped(node.now()))
     assert greeting() is None
@@ -187,7 +187,7 @@ def test_without_a_frame_nothing_is_cleared() -> None:
 
 def play(node: SimulatedNode, duration_s: float, is_paused: bool = True,
          files: Sequence[str] = ()) -> None:
-    """Let a player say for some time that it plays, or is paused, since now."""
+    """Let a player send for some time that it plays, or is paused, from now on."""
     since = node.now()
     for _ in range(round(10 * duration_s)):
         node.send(PLAYER_STATE_TOPIC, PlayerState(stamp=node.now(), rate=1.0, paused=is_paused,
@@ -204,7 +204,7 @@ def test_a_cloud_that_is_left_from_the_live_cell_grows_old_in_paused_playback() 
     node.send('/kinect/roi_points', stamped(node.now()))  # of the recording
     play(node, 4.0)
     assert node.sent('points_age')[-1].data == pytest.approx(0.0, abs=0.25)
-    node.advance(10.0)  # live again: nothing comes, then it does
+    node.advance(10.0)  # live again: first no message, then one
     assert node.sent('points_age')[-1].data == pytest.approx(9.0, abs=0.25)
     node.send('/kinect/roi_points', stamped(node.now()))
     node.advance(2.0)

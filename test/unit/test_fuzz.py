@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / 'fuzz'))
 from targets import TARGETS, Target  # noqa: E402
 
 _MOST = {'bags': 5, 'configurations': 300, 'definitions': 1000}
-"""Of those that are slow; damaged bags have a test of their own."""
+"""Number of inputs of slow targets; damaged bags have a separate test."""
 _INPUTS = 3000
 
 
@@ -20,4 +20,4 @@ _INPUTS = 3000
 def test_bad_input_is_read_or_refused(target: Target, tmp_path: Path) -> None:
     fed = target.begin(tmp_path)
     refused = sum(fed(number) for number in range(_MOST.get(target.name, _INPUTS)))
-    assert refused  # or nothing would have been bad
+    assert refused  # otherwise no input would have been bad

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The arrows of the reference are where, and as long as, those of the run itself would be."""
+"""The reference arrows have the position and length of the run's own arrows."""
 from __future__ import annotations
 
 import math
@@ -60,7 +60,7 @@ def found_arrows(cell: Cell, run: Run) -> Dict[str, ReferenceArrow]:
 def drawn(
     cell: Cell, arrow: ReferenceArrow, joints: List[float]
 ) -> 'tuple[np.ndarray, np.ndarray]':
-    """Foot and vector in the robot's root, of an arm that stands still."""
+    """Foot and vector in the robot's root, for an arm at rest."""
     description = describe_device(cell.device(ROBOT))
     assert description is not None
     track = joint_track(tuple(description.joints), np.array([0.0, 200.0]), np.array(2 * joints))
@@ -103,7 +103,7 @@ def test_a_force_is_drawn_in_the_frame_of_its_sensor() -> None:
     arm = Kinematics(description.text)
     tool = arm.placement(f'{ROBOT}/tool', arm.links[0], dict(zip(description.joints, JOINTS)))
     assert tool is not None
-    wanted = matrix_from_quaternion(tool.quaternion) @ (3.0, 0.0, 4.0)  # yawed by -90 degrees
+    wanted = matrix_from_quaternion(tool.quaternion) @ (3.0, 0.0, 4.0)  # yaw of -90 degrees
     np.testing.assert_allclose(vector, wanted * FORCE_ARROW.scale_m, atol=1e-5)
 
 
@@ -136,7 +136,7 @@ def test_a_variable_is_drawn_in_its_frame_in_step_with_the_run(tmp_path: Path) -
     at = track.at(110.0)  # 5 s of the reference
     assert at is not None and at['y'] == pytest.approx(-3.0 * 0.5) and at['x'] == 0.0
     assert track.at(99.0) is None and track.at(119.99) is None
-    assert abs(arrow.foot[0]) > 0.01  # the other variable's arrow is beside it
+    assert abs(arrow.foot[0]) > 0.01  # next to the other variable's arrow
     marker = DrawnArrow(arrow.name, arrow.frame, arrow.foot_frame, arrow.foot, track).marker([],
                                                                                              110.0)
     assert marker is not None and marker.header.frame_id == 'table'

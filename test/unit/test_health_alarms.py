@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The alarms of a cell and its events, and when a recording was beyond its limits."""
+"""The alarms of a cell and its events, and times of a recording beyond the limits."""
 from __future__ import annotations
 
 from typing import Any, List
@@ -174,7 +174,7 @@ def test_every_begin_has_its_end(steps: Any) -> None:
         assert len(about) % 2 == 0
 
 
-# What is wrong
+# Problems
 
 def test_a_dead_node() -> None:
     report = PartReport('arm', PartState.RUNNING, (
@@ -204,7 +204,7 @@ def own(part: str, *reports: PartReport, mode: Mode = Mode.PLAYBACK) -> List[Con
 
 
 def test_a_window_that_was_closed_is_missed_until_it_is_restarted() -> None:
-    """Its roslaunch ends some seconds later: what runs it is then stopped."""
+    """Its roslaunch ends some seconds later: the part is then stopped."""
     closed = PartReport(RVIZ_PART, PartState.RUNNING, (
         NodeReport('/rviz', NodeState.EXITED, 0),))
     for found in own(RVIZ_PART, closed, closed.ended(0)):
@@ -304,7 +304,7 @@ def test_without_limits_or_curves_there_are_no_alarms() -> None:
     assert recorded_alarms([oven(high=1.0)], []) == ()
 
 
-# Who does not answer, and who contradicts whom
+# Silent nodes, and conflicting publishers
 
 def test_who_does_not_answer_is_told_by_its_name_with_what_helps() -> None:
     parts = {'/arm/robot_proc': 'arm', '/bag_recorder': BAG_PART, '/cell_frames': FRAMES_PART,
@@ -324,7 +324,7 @@ def test_what_the_nodes_say_themselves_is_not_said_twice() -> None:
     look = CellLook(frozenset({'/arm/robot_proc'}))
     assert watch_conditions(Mode.REALTIME, look, {}, [told]) == []
     [alone] = watch_conditions(Mode.REALTIME, look, {'/arm/robot_proc': 'arm'})
-    assert (alone.source, alone.about) == (told.source, told.about)  # one alarm, whoever says it
+    assert (alone.source, alone.about) == (told.source, told.about)  # one alarm from either source
 
 
 def test_a_master_that_does_not_answer_is_an_alarm() -> None:
@@ -351,7 +351,7 @@ def test_messages_that_are_left_out_for_some_time_are_an_alarm() -> None:
     text = 'a message on /arm/tcf is left out: it carries std_msgs/String'
     left_out = NodeWarning('/arm/robot_proc', Severity.WARNING, text, 5, 10.0, 12.0,
                            {'messages': '5', 'for_s': '2.0'})
-    line = NodeWarning('/arm/driver', Severity.WARNING, 'slow', 5, 10.0, 12.0)  # of a log
+    line = NodeWarning('/arm/driver', Severity.WARNING, 'slow', 5, 10.0, 12.0)  # from a log
     frame = NodeWarning('/arm/robot_proc', Severity.WARNING, 'no frame x', 0, 10.0, 12.0,
                         {'messages': '0', 'for_s': '2.0'})
     for now_s, found in ((10.5, []), (12.0, [f'arm: {text}'])):

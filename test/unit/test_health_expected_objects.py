@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a sensor sees now, as boxes that are expected: where they are, and what is left out."""
+"""Current objects of a sensor as expected boxes: their poses, and the omitted ones."""
 from __future__ import annotations
 
 import math
@@ -51,7 +51,7 @@ def test_a_box_holds_an_object_that_is_turned(yaw_rad: float,
 
 
 coordinates = st.floats(-20.0, 20.0)
-lengths = st.floats(0.0, 1.05)  # in any direction less than 1.5
+lengths = st.floats(0.0, 1.05)  # less than 1.5 in any direction
 
 
 @given(st.tuples(coordinates, coordinates, coordinates), st.tuples(lengths, lengths, lengths),

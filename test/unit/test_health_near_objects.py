@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects near robots: which are alarms, and when or where in a recording they were."""
+"""Objects near robots: alarms, and times or positions in a recording."""
 from __future__ import annotations
 
 from typing import Any, List, Tuple
@@ -44,7 +44,7 @@ def test_an_object_comes_near_at_once_and_goes_a_moment_later() -> None:
     assert (near.level, near.since_s) == (Level.WARNING, 2.0)
     assert (levels(watch, 60.0), watch.ends_s(60.0)) == ([(1, Level.WARNING)], None)
     watch.take([], 61.0)
-    assert watch.present(61.0) == ()  # it was seen last 59 s before
+    assert watch.present(61.0) == ()  # it was last seen 59 s earlier
     watch.take([seen(0.31)], 62.0)
     watch.take([], 62.1)
     assert (levels(watch, 62.4), watch.ends_s(62.4)) == ([(1, Level.WARNING)], 62.0 + HOLD_S)
@@ -119,7 +119,7 @@ def test_in_a_recording_it_has_the_place_where_it_began() -> None:
 # Spans
 
 def passed(spans: ObjectSpans, segment: int, *steps: Tuple[float, float]) -> None:
-    """Take an object at times, each with its distance [s, m]."""
+    """Process an object at times, each with its distance [s, m]."""
     for time_s, distance_m in steps:
         it = seen(distance_m)
         near = [NearObject(it, it.level, 0.0)] if it.level > Level.GOOD else []
@@ -134,7 +134,7 @@ def test_a_span_grows_while_it_is_played_in_both_directions() -> None:
     assert spans.spans[0].text.startswith('object 0.10 m from')
     passed(spans, 2, (8.1, 0.3), (5.5, 0.3))
     assert times(spans.spans, Level.WARNING) == ((5.5, 8.1),)
-    assert spans.begun_s('kinect', 1) == 6.0  # where it was seen first in this direction
+    assert spans.begun_s('kinect', 1) == 6.0  # time of the first detection in this direction
 
 
 def test_nothing_is_told_of_what_was_jumped_over() -> None:

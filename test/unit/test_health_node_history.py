@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Nodes that never get up, and nodes that end again and again."""
+"""Nodes that never start up, and nodes that end again and again."""
 from __future__ import annotations
 
 from typing import List
@@ -15,7 +15,7 @@ RESTART = Action.RESTART_DEVICE
 
 
 class Stand:
-    """A part with a driver, and all that is said of it."""
+    """Part with a driver, and all messages about it."""
 
     def __init__(self) -> None:
         self.history, self.board = NodeHistory(), AlarmBoard()

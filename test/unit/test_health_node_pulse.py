@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Over TCP: nodes that answer, that hang, that have ended, and that were started anew.
+"""Node checks over TCP: nodes that answer, hang, have ended, or were restarted.
 
-What is said of them, and when, is tested with a clock of its own in test_nodes_scene_watch.py.
+The messages and their times are tested with a fake clock in test_nodes_scene_watch.py.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from process_visualizer.health.node_pulse import ENDED, SILENT, Pulses, connecti
 
 
 class Node:
-    """The slave API of a node, on a port of its own."""
+    """Slave API of a node, on its own port."""
 
     def __init__(self) -> None:
         self.server = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
@@ -32,13 +32,13 @@ class Node:
 
 @contextmanager
 def hanging_node() -> Iterator[str]:
-    """A node that takes connections, as the kernel does for a stopped process, and says nothing."""
+    """Node that accepts connections, as the kernel does for a stopped process, but is silent."""
     with socket.create_server(('127.0.0.1', 0)) as server:
         yield f'http://127.0.0.1:{server.getsockname()[1]}/'
 
 
 class Watch:
-    """Watches nodes in a time of its own, which goes on by a step after each wait."""
+    """Node checks in simulated time, which advances by a step after each wait."""
 
     STEP_S, MAX_STEPS = 0.05, 2000
 
@@ -87,7 +87,7 @@ def test_from_answers_to_silence_to_an_end_and_back() -> None:
     watch.until(lambda: node.problem == '')
     first.end()
     watch.until(lambda: node.problem == ENDED)
-    known['/a'] = None  # it has taken its leave of the master
+    known['/a'] = None  # it has unregistered from the master
     watch.until(lambda: node._uri is None)
     assert node.problem == ENDED
     assert pulses.nodes['/never'].problem == ''
@@ -104,6 +104,6 @@ def test_one_that_hangs_does_not_hold_up_the_others() -> None:
         watch.until(lambda: sum(node._seen for node in pulses.nodes.values()) == 3)
         nodes[0].end()
         watch.until(lambda: pulses.nodes['/0'].problem == ENDED)
-        assert pulses.nodes['/hangs'].problem == ''  # it never answered: it may still start
+        assert pulses.nodes['/hangs'].problem == ''  # it never answered: it may still be starting
     for node in nodes[1:]:
         node.end()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ctrl-C at any time while the programs are loaded ends them silently, by the signal."""
+"""Ctrl-C at any time during loading ends the programs silently, by the signal."""
 from __future__ import annotations
 
 import os

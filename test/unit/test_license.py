@@ -13,7 +13,7 @@ SHEBANG = b'#!'
 
 
 def sources() -> List[Path]:
-    """The programs and modules that git knows."""
+    """The programs and modules under git control."""
     listed = subprocess.run(['git', 'ls-files', '-z'], cwd=REPOSITORY, stdout=subprocess.PIPE,
                             check=False).stdout.decode().split('\0')
     paths = [REPOSITORY / name for name in listed if name]

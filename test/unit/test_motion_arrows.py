@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lengths, numbers and places of arrows."""
+"""Lengths, numbers and positions of arrows."""
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers in messages by a path, and what is said where there is none."""
+"""Numbers in messages by a path, and the message if there is none."""
 import pytest
 from geometry_msgs.msg import Pose, PoseArray, WrenchStamped
 from hypothesis import given

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which link a driver means that knows neither the prefix nor the namespace of the model."""
+"""Frame names from drivers that know neither the prefix nor the namespace of the model."""
 import pytest
 
 from process_visualizer.robot.frames import meant_frame, prefix_advice
@@ -11,11 +11,11 @@ from process_visualizer.robot.frames import meant_frame, prefix_advice
     ('base', ['left_base_link', 'left_base'], 'left_', 'left_base'),
     ('left_base', ['left_base_link', 'left_base'], 'left_', 'left_base'),
     ('left/base', ['left_base_link', 'left_base'], 'left_', 'left_base'),
-    ('left/base', ['base_link', 'base'], '', 'base'),  # a tf prefix that the model lacks
+    ('left/base', ['base_link', 'base'], '', 'base'),  # a tf prefix that the model does not have
     ('/left/base', ['base_link', 'base'], '', 'base'),
     ('base', ['left/base_link', 'left/base'], '', 'left/base'),
     ('base', ['left/base_link', 'left/base'], 'left/', 'left/base'),
-    ('right/base', ['base_link', 'base'], '', 'right/base'),  # that of another robot
+    ('right/base', ['base_link', 'base'], '', 'right/base'),  # the prefix of another robot
     ('world', ['base_link', 'base'], 'left_', 'world'),
     ('', ['base_link'], '', ''),
 ])

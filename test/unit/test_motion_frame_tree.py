@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tree of fixed frames refuses what tf2 could not use."""
+"""The tree of fixed frames refuses input that tf2 could not use."""
 import math
 
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The positions of joints at times between, before and after the states that came."""
+"""The positions of joints between, before and after the received states."""
 import pytest
 
 from process_visualizer.robot.joints import JointHistory

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a driver's names of joints mean."""
+"""The model joints for a driver's joint names."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints at any time of a track."""
+"""Joint positions at any time of a track."""
 from __future__ import annotations
 
 from typing import List

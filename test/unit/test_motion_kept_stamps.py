@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stamps of clouds: kept where they can be, else moved together."""
+"""Stamps of clouds: kept where possible, otherwise shifted together."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -16,7 +16,7 @@ DELAYS = st.lists(st.integers(0, MAX_AGE_NS - 50 * MS), min_size=1, max_size=20)
 
 def stamped(clock_ns: int, delays_ns: List[int], period_ns: int = 33 * MS
             ) -> Tuple[List[int], List[int], List[int]]:
-    """Return stamps of a clock that is ahead, arrivals, and the stamps that are used."""
+    """Return stamps of a clock that is ahead, arrival times, and the stamps that are used."""
     keeper = KeptStamps()
     taken = [START_NS + number * period_ns for number in range(len(delays_ns))]
     arrivals = [time + delay for time, delay in zip(taken, delays_ns)]
@@ -39,7 +39,7 @@ def test_never_in_the_future_and_never_too_old(clock_ns: int, delays_ns: List[in
 @given(st.sampled_from((-START_NS // 2, -3_600_000 * MS, 5 * MS, 3_600_000 * MS)),
        st.lists(st.integers(10 * MS, 40 * MS), max_size=20))
 def test_differences_of_another_clock_are_kept(clock_ns: int, delays_ns: List[int]) -> None:
-    """From the message on that took the shortest way."""
+    """From the message with the shortest delay on."""
     stamps, arrivals, used = stamped(clock_ns, [4 * MS, *delays_ns])
     assert used[0] == arrivals[0] or used == stamps  # 5 ms ahead, but never by its arrival
     assert [b - a for a, b in zip(used, used[1:])] == [b - a for a, b in zip(stamps, stamps[1:])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the links of robots are: known poses of the makers' arms, fixed frames, what is missing."""
+"""Link poses of robots: known poses of the makers' arms, fixed frames, missing joints."""
 from __future__ import annotations
 
 import math
@@ -127,14 +127,14 @@ def test_connection_agrees_with_what_carries_both(angles: 'list[float]', frame: 
 def test_a_joint_between_two_frames() -> None:
     arm = model('ur5e')
     assert arm.moves('tool0', 'base') and arm.connects('tool0', 'base')
-    assert arm.connection('tool0', 'base', {}) is None  # where the joints are is not known
+    assert arm.connection('tool0', 'base', {}) is None  # the joint positions are unknown
     assert arm.connection('nowhere', 'base', {}) is None
     assert not arm.connects('nowhere', 'base') and not arm.moves('nowhere', 'base')
     arm.fix('world', 'base_link', Placement((0.0, 0.0, 0.8)))  # below the root, which the cell has
     found = arm.connection('world', 'base_link', {})
     assert found is not None and np.allclose(found.position, [0.0, 0.0, -0.8])
     arm.fix('a', 'b', Placement())
-    arm.fix('b', 'a', Placement())  # a ring is no connection
+    arm.fix('b', 'a', Placement())  # a cycle is not a connection
     assert not arm.connects('a', 'base')
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages that come together after a silence were held up."""
+"""Messages that arrive together after a silence were delayed."""
 from __future__ import annotations
 
 from typing import List
@@ -24,12 +24,12 @@ def late_of(times_s: List[float], part: int) -> List[bool]:
 
 @pytest.mark.parametrize('part', [1, 2, 7, 1000])
 def test_a_bunch_after_a_silence_was_held_up(part: int) -> None:
-    bunch_s = [20.0 + 1e-4 * it + (0.05 if it > 30 else 0.0) for it in range(100)]  # not evenly
+    bunch_s = [20.0 + 1e-4 * it + (0.05 if it > 30 else 0.0) for it in range(100)]  # uneven steps
     after_s = [20.2 + 0.1 * it for it in range(50)]
     late = late_of([*STEADY_S, *bunch_s, *after_s], part)
     assert not any(late[:100]) and not any(late[205:])
     assert all(late[102:200])
-    assert all(late[100:102]) or part in (1, 2)  # few are not known to be of a bunch
+    assert all(late[100:102]) or part in (1, 2)  # a few messages are not recognized as a bunch
 
 
 def test_the_first_messages_after_a_silence_may_be_old() -> None:
@@ -48,7 +48,7 @@ def test_a_part_may_begin_in_a_silence(since_s: float, count: int) -> None:
 @pytest.mark.parametrize('times_s', [
     [*STEADY_S, *(9.95 + 1e-4 * it for it in range(20)), 10.5],  # no silence before
     [begin_s + 1e-3 * it for begin_s in range(0, 50, 5) for it in range(20)],  # it sends in bursts
-    [0.0, 20.0, 20.001, 20.002],  # nobody knows what is usual
+    [0.0, 20.0, 20.001, 20.002],  # the usual interval is unknown
     [0.0]])
 def test_what_else_comes_fast_was_not(times_s: List[float]) -> None:
     assert not any(late_of(times_s, 7))
@@ -72,7 +72,7 @@ def starved(measured_s: np.ndarray, lost: bool) -> 'tuple[np.ndarray, np.ndarray
 
 @pytest.mark.parametrize('lost', [False, True])
 def test_a_speed_is_that_of_the_tool_although_messages_came_late(lost: bool) -> None:
-    """Where messages were lost meanwhile, nobody knows when the others were measured."""
+    """The measuring times of messages next to lost ones are unknown."""
     measured_s = PERIOD_S * np.arange(1250)
     arrives, arrival_s = starved(measured_s, lost)
     x = SPEED_M_S * measured_s[arrives]
@@ -106,7 +106,7 @@ def test_a_driver_that_sends_less_often_at_times_is_not_late(
 
 
 def test_a_starved_driver_that_skips_messages_and_sends_others_late_has_no_known_times() -> None:
-    """Nothing came in bunches: what was late was skipped. The steps were recorded."""
+    """Nothing arrived in bunches: late messages were skipped. The steps were recorded."""
     steps_ms = (8, 8, 15, 2, 15, 16, 22, 90, 28, 40, 8, 8)
     before, after = np.arange(0.0, 5.0, PERIOD_S), PERIOD_S * np.arange(1, 500)
     starved_s = before[-1] + np.cumsum(steps_ms) / 1e3
@@ -117,7 +117,7 @@ def test_a_starved_driver_that_skips_messages_and_sends_others_late_has_no_known
 
 
 def test_two_and_a_half_periods_that_are_lost_make_times_unknown() -> None:
-    """A good run was 2.3 mm behind: three poses were skipped, and four came together."""
+    """A good run was 2.3 mm behind: three poses were skipped, and four arrived together."""
     measured_s = PERIOD_S * np.arange(1250)
     arrival_s = measured_s + 0.001
     waits = (measured_s > 5.0) & (measured_s <= 5.066)

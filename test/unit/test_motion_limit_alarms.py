@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of variables beyond their limits: one for each time, with the right extreme."""
+"""Alarms of variables beyond their limits: one per excursion, with the right extreme."""
 from __future__ import annotations
 
 from typing import Any, List, Tuple
@@ -23,7 +23,7 @@ STEP_S = 0.02
 
 
 def course(*pieces: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
-    """Times [s] and values of a course that is constant in pieces."""
+    """Times [s] and values of a piecewise constant curve."""
     values = np.concatenate([np.full(round(length_s / STEP_S), value)
                              for length_s, value in pieces])
     return np.arange(len(values)) * STEP_S, values

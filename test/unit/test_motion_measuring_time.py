@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stamps are used where they can be."""
+"""Stamps are used where possible."""
 from process_visualizer.robot.measuring_time import MeasuringTime
 
 

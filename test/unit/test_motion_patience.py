@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is missing is told after a time."""
+"""Missing items are reported after a delay."""
 from __future__ import annotations
 
 from process_visualizer.nodes.common.complaints import Patience

@@ -96,7 +96,7 @@ def test_data_ages_again_when_the_player_is_lost():
 
 
 def test_what_came_before_the_player_grows_old_while_it_is_paused():
-    """What is left of a live cell is not of the recording; what is played is."""
+    """Data left from a live cell is not part of the recording; played data is."""
     clock = PlaybackClock()
     live, played = clock.data_time_s(99.0), clock.data_time_s(100.2)
     clock.add(ClockState(100.5, 5.0, 1.0, True, 0, since_s=100.0))
@@ -126,7 +126,7 @@ def test_another_recording_begins_at_once_and_what_came_before_is_not_of_it():
 
 
 def test_what_a_player_sent_before_its_first_state_was_heard_is_of_it():
-    """That state may be of a later command, such as to play."""
+    """Its first state may belong to a later command, such as to play."""
     clock = PlaybackClock()
     clock.add(ClockState(100.0, 5.0, 1.0, True, 0, since_s=99.0, recording='one.bag'))
     before, sent = clock.data_time_s(100.1), clock.data_time_s(101.0)
@@ -146,7 +146,7 @@ def test_a_player_that_hung_is_the_same_one():
 @pytest.mark.parametrize(('position', 'rate'), [
     (float('nan'), 1.0), (5.0, float('nan')), (float('inf'), 1.0), (1e308, 1.0), (5.0, 1e308)])
 def test_what_no_player_says_changes_nothing(position, rate):
-    """Anybody can publish a state; NaN stayed, so that data was never old any more."""
+    """Anyone can publish a state; NaN was kept, so that data never became old again."""
     clock = clock_of((100.0, 5.0, 1.0, False, 0), (101.0, position, rate, False, 0),
                      (102.0, 7.0, 1.0, False, 0))
     assert clock.age_s(clock.data_time_s(102.0), 102.5) == pytest.approx(0.5)
@@ -158,7 +158,7 @@ def test_memory_is_bounded():
     for step in range(10_000):
         clock.add(ClockState(100.0 + 0.1 * step, 0.1 * step, 1.0, False, 0))
     assert clock.bag_time(1099.95).time_s == pytest.approx(999.95)
-    assert clock.bag_time(100.0).time_s > 900.0  # long forgotten
+    assert clock.bag_time(100.0).time_s > 900.0  # forgotten long ago
 
 
 def test_a_state_that_is_told_late_holds_since_the_command():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far poses are from each other."""
+"""The difference between poses."""
 from __future__ import annotations
 
 import math

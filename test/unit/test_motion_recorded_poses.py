@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which part of a recording is read next, and what is known of it then."""
+"""The part of a recording that is read next, and the poses that are known then."""
 from __future__ import annotations
 
 import math
@@ -28,7 +28,7 @@ speeds = st.sampled_from([0.0, 0.01, 0.25, 1.0, 8.0, 16.0, -0.25, -1.0, -8.0, -1
 
 
 def poses(begin_s: float, end_s: float) -> RecordedPoses:
-    """Poses each 0.1 s that move at 1 m/s along x, of a part with its bounds."""
+    """Poses every 0.1 s that move at 1 m/s along x, for a part with its bounds."""
     times_s = [number / 10 for number in range(math.ceil(begin_s * 10 - 1e-6),
                                                math.floor(end_s * 10 + 1e-6) + 1)]
     return RecordedPoses(PosePart(begin_s, end_s), [
@@ -38,7 +38,7 @@ def poses(begin_s: float, end_s: float) -> RecordedPoses:
 def read(
     known: Optional[PosePart], position_s: float, speed: float, duration_s: float
 ) -> List[PosePart]:
-    """All parts that are read at a position, the first ones first."""
+    """All parts that are read at a position, in their order."""
     parts: List[PosePart] = []
     while True:
         part = next_part(known, position_s, speed, duration_s)
@@ -98,7 +98,7 @@ def test_parts_are_joined_without_doubles() -> None:
         joined = first.joined(second)
         assert joined == poses(1.0, 3.5)
     assert joined.only(PosePart(1.5, 9.0)) == poses(1.5, 3.5)
-    assert joined.only(PosePart(7.0, 9.0)) == joined  # not a part that is known and empty
+    assert joined.only(PosePart(7.0, 9.0)) == joined  # not an empty known part
 
 
 def test_the_velocity_of_no_poses_is_none_and_of_some_is_theirs() -> None:
@@ -108,7 +108,7 @@ def test_the_velocity_of_no_poses_is_none_and_of_some_is_theirs() -> None:
 
 @pytest.mark.parametrize('behind_s', [0.0, 0.05, 0.15, 0.4, 1.0])
 def test_poses_that_were_held_up_make_no_velocity(behind_s: float) -> None:
-    """The recorder hung from 10 s to 20 s; of what came meanwhile it got the first half second."""
+    """The recorder hung from 10 s to 20 s; of that time it got the first half second of poses."""
     measured_s = [0.008 * number for number in range(1313)] + [
         20.005 + 0.008 * number for number in range(300)]
     times_s = [time_s if not 10.0 < time_s < 20.0 else 20.0 + 1e-5 * row

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The velocity at a time of a recording: that of the curves, and of the estimator at any time."""
+"""The velocity at a time of a recording: from the curves, and from the estimator at any time."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -28,7 +28,7 @@ def turned(times_s: np.ndarray) -> np.ndarray:
 
 
 def straight(times_s: np.ndarray) -> RecordedVelocity:
-    """A tool that moves and turns evenly."""
+    """A tool that moves and turns at constant speed."""
     return RecordedVelocity(times_s, np.outer(times_s, VELOCITY) + 0.3, turned(times_s))
 
 
@@ -76,7 +76,7 @@ def test_an_even_motion_is_exact_at_any_time(steps: List[float], share: float) -
 
 @pytest.mark.parametrize('rate_hz', [50.0, 125.0, 500.0])
 def test_a_stamp_as_float_seconds_since_1970_says_the_same(rate_hz: float) -> None:
-    """A window is a whole number of periods: its begin must not hang on the last bit of a stamp."""
+    """A window is a whole number of periods: its start must not depend on a stamp's last bit."""
     begin_s = 1_700_000_000.0
     exact_s = np.arange(round(2.0 * rate_hz)) / rate_hz
     rounded_s = (begin_s + exact_s) - begin_s
@@ -100,7 +100,7 @@ def test_it_follows_the_motion_without_delay() -> None:
         velocity = recorded.velocity(time_s)
         assert velocity is not None
         assert velocity[0] == pytest.approx(0.2 * np.cos(2.0 * time_s), abs=0.002)
-    assert recorded.angular_velocity(1.0) is None  # nothing is known of it
+    assert recorded.angular_velocity(1.0) is None  # it is unknown
 
 
 def test_it_is_there_up_to_the_first_and_the_last_pose() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The period of a driver, and what it does for the velocity of late and bunched messages."""
+"""The period of a driver, and its effect on the velocity of late and bunched messages."""
 import numpy as np
 import pytest
 
@@ -18,7 +18,7 @@ def period_of(times):
 
 
 def late(times, random, share=0.02, longest_s=0.06):
-    """Hold up some messages, and those behind them."""
+    """Delay some messages, and those after them."""
     held = times + np.where(random.random(len(times)) < share,
                             random.uniform(0.0, longest_s, len(times)), 0.0)
     return np.maximum.accumulate(held + random.exponential(0.0005, len(times)))
@@ -40,7 +40,7 @@ def test_irregular_messages_have_no_period():
 
 
 def errors(times, arrivals):
-    """Return the errors (n,) [share] of the velocity once the period is known."""
+    """Return the relative errors (n,) of the velocity once the period is known."""
     velocity, found = ToolVelocity(0.15), []
     for time_s, arrival_s in zip(times, arrivals):
         wall_s = 1000 + arrival_s

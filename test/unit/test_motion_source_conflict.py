@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A driver, and a node that nobody remembers, on the same topic."""
+"""A driver and a forgotten node on the same topic."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The speed over a whole recording: the same as the estimator's, and robust against bunches."""
+"""The speed over a whole recording: as from the estimator, and robust against bunches."""
 from __future__ import annotations
 
 import math
@@ -30,7 +30,7 @@ NO_STAMPS = float('nan')
 
 
 def estimated(times_s: np.ndarray, positions: np.ndarray) -> List[float]:
-    """The speeds of the estimator, each time that it takes a new sample, and when poses end."""
+    """The speeds of the estimator after each new sample, and at the end of the poses."""
     estimator = VelocityEstimator(WINDOW_S, GAP_S)
     found: List[Optional[float]] = []
     last = None
@@ -45,7 +45,7 @@ def estimated(times_s: np.ndarray, positions: np.ndarray) -> List[float]:
 
 
 def ending(estimator: VelocityEstimator) -> List[Optional[float]]:
-    """The speeds of the parts of the last window that get shorter from its beginning."""
+    """The speeds of the last window, as it gets shorter from its beginning."""
     found = []
     while estimator._samples:
         estimator._samples.popleft()
@@ -95,7 +95,7 @@ def test_messages_that_come_late_together_are_dated_back() -> None:
     near = np.abs(middle_s - measured_s[305]) < 0.5
     assert np.abs(speed[near] - 0.1).max() < 0.01
     _, raw = speeds(arrival_s, np.outer(measured_s, [0.1, 0.0, 0.0]))
-    assert np.abs(raw[near[:len(raw)]] - 0.1).max() > 0.03  # what it is good for
+    assert np.abs(raw[near[:len(raw)]] - 0.1).max() > 0.03  # shows the benefit
 
 
 def test_a_part_of_a_recording_has_the_times_of_the_whole() -> None:
@@ -108,7 +108,7 @@ def test_a_part_of_a_recording_has_the_times_of_the_whole() -> None:
 
 
 def test_stamps_are_read_to_the_nanosecond(tmp_path: Path) -> None:
-    """A velocity's window is a whole number of periods: it must not hang on rounding."""
+    """A velocity's window is a whole number of periods: it must not depend on rounding."""
     stamps = [Time(1_700_000_000, 8_000_000 * number + 1) for number in range(50)]
     path = str(tmp_path / 'a.bag')
     with rosbag.Bag(path, 'w') as bag:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""ROS time that stands still or goes back is named; a coarse clock is not."""
+"""ROS time that does not advance or goes back is reported; a coarse clock is not."""
 from process_visualizer.nodes.robot.message_reader import TimeWatch
 
 
@@ -14,5 +14,5 @@ def test_time_that_stands_still_or_goes_back_is_named():
     assert watch.problem(7.0, 100.0) == ''
     assert 'stands still' in watch.problem(7.0, 101.1)
     assert 'gone back' in watch.problem(6.9, 101.2)
-    assert 'gone back' in watch.problem(7.0, 105.0)  # it may not be said yet
+    assert 'gone back' in watch.problem(7.0, 105.0)  # it may not be reported yet
     assert watch.problem(8.0, 108.0) == ''

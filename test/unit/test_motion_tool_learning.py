@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which frame a robot's poses are those of: found where the motions tell, never a wrong one."""
+"""The reference frame of a robot's poses: found if the motions determine it, never a wrong one."""
 from __future__ import annotations
 
 import math
@@ -28,7 +28,7 @@ Joints = Dict[str, float]
 
 
 class Robot:
-    """A model, and what is learned of poses that it is said to have."""
+    """A model, and the frame learned from the reported poses."""
 
     def __init__(self, urdf: str, base: str, chosen: str) -> None:
         self.model, self.base, self.chosen = Kinematics(urdf), base, chosen
@@ -43,7 +43,7 @@ class Robot:
 
     def tool(self, joints: Joints, frame: str, tool: Placement, base: Placement = HERE
              ) -> Placement:
-        """Where a tool is that is fixed to a frame, seen from what the driver calls the base."""
+        """The pose of a tool that is fixed to a frame, relative to the driver's base."""
         return base.then(self.frames(joints)[frame]).then(tool)
 
     def report(self, joints: Joints, place: Placement, random: np.random.Generator,
@@ -156,7 +156,7 @@ def test_poses_in_another_base(has_rotation: bool) -> None:
 
 
 def test_the_tool_is_changed() -> None:
-    """New poses at the same joint positions take the place of the old ones."""
+    """New poses at the same joint positions replace the old ones."""
     robot, joints = panda(), motions(PANDA, np.random.default_rng(2))
     learn(robot, joints, 'panda_link7')
     found = learn(robot, joints, 'panda_hand', Placement((0.0, 0.0, 0.2)))
@@ -196,7 +196,7 @@ def places() -> 'st.SearchStrategy[Placement]':
 @settings(max_examples=150)
 def test_what_is_said_holds_wherever_the_robot_goes(chain: Tuple[str, List[str]],
                                                     data: st.DataObject) -> None:
-    """Whatever the tool is fixed to and the driver's base is, and however little it has moved."""
+    """For any tool frame and driver base, and for any small motion."""
     urdf, names = chain
     links = urdf.count('<link')
     robot = Robot(urdf, 'l0', f'l{links - 1}')

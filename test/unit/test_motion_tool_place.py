@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a reported tool is from the model's, and vectors in the frame that is drawn in."""
+"""The distance of a reported tool from the model's, and vectors in the drawing frame."""
 from __future__ import annotations
 
 import math
@@ -58,7 +58,7 @@ def test_vectors_in_the_frame() -> None:
 
 
 class Watched:
-    """A placer of a tool 0.5 m from the base; it looks once a second."""
+    """Placer of a tool 0.5 m from the base; it checks once a second."""
 
     def __init__(self) -> None:
         self.now_s, self.said = 0.0, ''
@@ -75,7 +75,7 @@ class Watched:
         self.said = text
 
     def look(self, seconds: int, pose_x: Optional[float] = None) -> None:
-        """Let poses come for some seconds."""
+        """Send poses for some seconds."""
         for _ in range(seconds):
             for _ in range(15 * (pose_x is not None)):
                 self.placer.place(ToolPose((pose_x or 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0),
@@ -100,5 +100,5 @@ def test_messages_that_come_late_for_some_seconds_are_no_other_tool() -> None:
         assert watched.said == ''
         watched.look(1, pose_x=0.5)
     watched.look(1, pose_x=0.7)
-    watched.look(60)  # nothing comes: that is no further evidence
+    watched.look(60)  # no poses arrive: that is no further evidence
     assert watched.said == ''

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The velocity from poses as they come: with and without stamps, at another player's rate."""
+"""The velocity from arriving poses: with and without stamps, at another player's rate."""
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

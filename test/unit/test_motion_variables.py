@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lengths, numbers and places of process variables."""
+"""Lengths, numbers and positions of process variables."""
 import numpy as np
 import pytest
 from hypothesis import given

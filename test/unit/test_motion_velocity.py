@@ -54,7 +54,7 @@ def test_repeated_positions_make_no_zeros(repeats):
     held = straight(times)[np.arange(300) // repeats * repeats]
     found = estimates(times, held)
     assert np.allclose(found, VELOCITY, rtol=1e-6)
-    differences = np.diff(held, axis=0) / PERIOD_S  # what the thesis computes
+    differences = np.diff(held, axis=0) / PERIOD_S  # as the thesis computes it
     assert (np.abs(differences).max(axis=1) == 0.0).any()
 
 
@@ -77,7 +77,7 @@ def test_bunched_messages_make_no_spikes():
     steady = found[20:]
     assert np.linalg.norm(steady - VELOCITY, axis=1).max() < 0.45 * speed
     differences = np.diff(straight(times), axis=0) / np.diff(bunched)[:, None]
-    assert np.linalg.norm(differences, axis=1).max() > 100 * speed  # the thesis' figure 6.15 b
+    assert np.linalg.norm(differences, axis=1).max() > 100 * speed  # figure 6.15 b of the thesis
 
 
 def test_bunch_after_a_gap_makes_no_spike():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a node complains of stands while it holds, and no longer."""
+"""Complaints of a node last as long as their cause, and no longer."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -11,7 +11,7 @@ from simulated_node import SimulatedNode
 from process_visualizer.nodes.common.complaints import HOLD_S, ComplaintBook, Complaints
 
 MESSAGES = st.lists(st.tuples(st.floats(0.001, 5.0), st.booleans()), min_size=1, max_size=40)
-"""When each message comes, after the one before [s], and whether it is good."""
+"""Interval of each message after the previous one [s], and whether it is good."""
 
 
 def test_counts_what_is_left_out_since_it_began() -> None:

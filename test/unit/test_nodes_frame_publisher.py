@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frame publisher: all frames in one message, and moving one while it runs."""
+"""The frame publisher: all frames in one message, and moving one of them at run time."""
 from __future__ import annotations
 
 import math
@@ -24,7 +24,7 @@ ZERO = (0.0, 0.0, 0.0)
 
 
 class Watch:
-    """The master, and the node scene_watch as far as it can be asked."""
+    """Master, and node scene_watch as far as it can be asked."""
 
     def __init__(self) -> None:
         self.is_there, self.answers = True, True
@@ -49,7 +49,7 @@ class Watch:
         return ours
 
     def answer(self) -> None:
-        """Answer all questions, unless it hangs."""
+        """Answer all requests, unless it hangs."""
         for question in self._questions if self.answers else ():
             with suppress(BrokenPipeError):
                 question.recv(4096)
@@ -80,7 +80,7 @@ def test_the_watch_is_watched(node: SimulatedNode, watch: Watch) -> None:
             watch.answer()
         return [it for message in node.sent('/diagnostics') for it in message.status]
 
-    assert told(True) + told(True) + told(True) == []  # it is not starting any longer
+    assert told(True) + told(True) + told(True) == []  # it is no longer starting
     silent = told(False)[-1]
     assert (silent.level, silent.message) == (
         DiagnosticStatus.WARN,

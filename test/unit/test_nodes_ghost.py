@@ -59,7 +59,7 @@ def test_shapes_are_those_of_the_model() -> None:
 
 
 def test_links_are_where_the_joints_put_them() -> None:
-    markers = ghost([0.0, math.pi], []).markers(5.0)  # turned by a quarter: it lies along -y
+    markers = ghost([0.0, math.pi], []).markers(5.0)  # turned by a quarter: it points along -y
     assert [it.type for it in markers] == [Marker.CUBE, Marker.CYLINDER, Marker.MESH_RESOURCE,
                                            Marker.SPHERE]
     assert {it.header.frame_id for it in markers} == {'foot'}
@@ -117,7 +117,7 @@ def test_a_track_has_the_reference_at_the_times_of_the_run(monkeypatch: Any) -> 
     own = joint_track(track.there.joints, track.there.times_s, track.here).at(110.0)
     assert own is not None and own[joints[2]] == pytest.approx(found[joints[2]] + 0.2, abs=1e-6)
     assert track.there.at(99.0) is None and track.there.at(121.0) is None
-    assert None not in (track.there.at(100.0), track.there.at(120.0))  # a player stands there
+    assert None not in (track.there.at(100.0), track.there.at(120.0))  # a player may pause there
     arm = Kinematics(description.text)
     assert arm.placement(track.tool, arm.links[0], found) is not None
 

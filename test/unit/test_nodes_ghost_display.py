@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ghost is where the other run was at the player's position, at once and in any order."""
+"""The ghost has the other run's pose at the player's position, at once and in any order."""
 from __future__ import annotations
 
 import math
@@ -41,7 +41,7 @@ def angle_rad(time_s: np.ndarray) -> np.ndarray:
 
 
 def track(device: str = 'arm') -> GhostTrack:
-    """Nothing from 10 s to 12 s."""
+    """A track with no data from 10 s to 12 s."""
     positions = angle_rad(TIMES_S)
     positions[(TIMES_S >= 10.0) & (TIMES_S <= 12.0)] = np.nan
     return GhostTrack(device, 'tool', joint_track(('turn',), TIMES_S, positions),
@@ -49,7 +49,7 @@ def track(device: str = 'arm') -> GhostTrack:
 
 
 class Scene:
-    """The node, a player that says what the test wants, and what RViz would know."""
+    """The node, a player that the test controls, and RViz's state."""
 
     def __init__(self) -> None:
         self.node = SimulatedNode('/ghost', {'/arm/robot_description': ARM})
@@ -57,25 +57,25 @@ class Scene:
         self.markers: Dict[str, Marker] = {}
 
     def show(self, tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = ()) -> str:
-        """Show tracks and arrows; return why they are refused, '' if they are not."""
+        """Show tracks and arrows; return the reason of a refusal, '' if accepted."""
         answer = self.node.call('~show', ghost_request(tracks, arrows))
         assert answer.success == (answer.message == '')
         return str(answer.message)
 
     def say(self, position_s: float, rate: float = 0.0, segment: int = 0) -> None:
-        """As the player does: paused at a position, or playing from there on."""
+        """Send a player state: paused at a position, or playing from there on."""
         now = self.node.now()
         self.node.send(PLAYER_STATE_TOPIC, PlayerState(
             stamp=now, since=now, position=position_s, rate=rate or 1.0, paused=rate == 0.0,
             segment=segment, duration=TIMES_S[-1]))
 
     def draw_robot(self, stamp_s: float) -> None:
-        """Let joint states move the robot's picture only now, though they are of this time."""
+        """Send joint states with this stamp, which move the robot's picture only now."""
         self.node.send('/arm/joint_states', JointState(
             Header(stamp=Time.from_sec(stamp_s)), ['turn'], [0.0], [], []))
 
     def wait(self, duration_s: float = PICTURE_S) -> int:
-        """Let time pass, and draw; return how many messages came."""
+        """Let time pass, and draw; return the number of messages received."""
         self.node.advance(duration_s)
         arrived = self.node.sent(GHOST_TOPIC)
         for message in arrived:
@@ -88,7 +88,7 @@ class Scene:
         return count
 
     def error_m(self, position_s: float) -> Optional[float]:
-        """How far the ghost's tool is from where it should be; None if it is not drawn."""
+        """The distance of the ghost's tool from its expected position; None if it is not drawn."""
         tool = self.markers.get('arm/ghost 0')
         if tool is None:
             return None
@@ -132,7 +132,7 @@ def test_it_moves_while_it_plays_forward_and_backwards(scene: Scene, begin_s: fl
 
 
 def test_its_arrows_are_there_too(scene: Scene) -> None:
-    """One on the tool, as long as the time; one in a frame of no robot."""
+    """One on the tool, whose length grows with time; one in a frame of no robot."""
     vectors = np.column_stack((np.zeros((len(TIMES_S), 2)), 0.01 * TIMES_S + 0.1))
     scene.show((track(),), (
         ReferenceArrow('arm/force', 'tool', 'tool', (0.0, 0.0, 0.0), TIMES_S, vectors),
@@ -179,7 +179,7 @@ def test_it_goes_with_the_player(scene: Scene) -> None:
     scene.say(5.0)
     scene.wait(0.9)
     assert scene.markers
-    scene.wait(0.2)  # the player says nothing any more
+    scene.wait(0.2)  # the player is silent from now on
     assert not scene.markers
 
 
@@ -199,7 +199,7 @@ def test_what_cannot_be_shown_is_told(scene: Scene) -> None:
 @pytest.mark.parametrize('rate', [1.0, -1.0, 4.0])
 def test_it_is_where_the_robot_is_drawn_on_a_computer_that_is_late(scene: Scene, rate: float
                                                                    ) -> None:
-    """The joints of 0.2 s ago move the robot's picture now; those of another part move nothing."""
+    """Joint states from 0.2 s ago move the robot's picture now; those of other parts do not."""
     scene.show((track(),))
     scene.say(5.0, rate)
     begin_s = scene.node.now().to_sec()

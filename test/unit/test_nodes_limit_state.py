@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A variable beyond its limits is a problem of its node, once, for as long as it lasts."""
+"""A variable beyond its limits is a problem of its node, once, as long as it lasts."""
 from __future__ import annotations
 
 from typing import Any, Dict, List
@@ -30,7 +30,7 @@ class Told:
 
 
 def fed(state: LimitState, begin_s: float, *values: float) -> float:
-    """Take values that come ten times a second; return the time of the next."""
+    """Process values that arrive ten times per second; return the time of the next one."""
     for number, value in enumerate(values):
         state.take(begin_s + 0.1 * number, value)
     return begin_s + 0.1 * len(values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ghost moves beside live robots that are faster or slower than the reference, or pause."""
+"""The ghost moves next to live robots that are faster or slower than the reference, or pause."""
 from __future__ import annotations
 
 import math
@@ -34,16 +34,16 @@ ARM = '''<robot name="arm">
 DURATION_S, BEGIN_S, END_S = 8.0, 1.0, 7.0
 TIMES_S = np.arange(0.0, DURATION_S + 0.01, 0.02)
 PAUSE_S = 3.0
-"""When a live run that pauses does so, in the time of the reference."""
+"""Time of the pause in a live run, in the time of the reference."""
 
 
 def angle_rad(time_s: np.ndarray) -> np.ndarray:
-    """At rest for a second, then there and back, and at rest again."""
+    """The angle at rest for a second, then there and back, and at rest again."""
     return np.asarray(0.5 * (1.0 - np.cos(np.pi / 3.0 * np.clip(time_s - BEGIN_S, 0.0, 6.0))))
 
 
 class Said(NamedTuple):
-    """What the node said, and the moment of the reference that it should have said."""
+    """Message of the node, and the reference moment that is expected in it."""
 
     wanted_s: float
     found: GhostPhase
@@ -63,7 +63,7 @@ WITHOUT_EVENTS = LiveReference(REFERENCE.tracks)
 
 
 class Cell:
-    """The node, beside a robot that moves as the test wants."""
+    """The node, next to a robot that the test moves."""
 
     def __init__(self) -> None:
         self.node = SimulatedNode('/ghost', {'/arm/robot_description': ARM})
@@ -71,7 +71,7 @@ class Cell:
         self.node.send('/feed', Float64(0.0), latch=True)
 
     def follow(self, reference: LiveReference, is_visible: bool = True) -> str:
-        """Follow; return why it is refused, '' if it is not."""
+        """Follow a reference; return the reason of a refusal, '' if accepted."""
         answer = self.node.call('~follow', follow_request(reference, is_visible))
         assert answer.success == (answer.message == '')
         return str(answer.message)
@@ -82,7 +82,7 @@ class Cell:
 
     @property
     def markers(self) -> List[Marker]:
-        """What is drawn now."""
+        """The markers that are drawn now."""
         return [it for it in self.node.sent(GHOST_TOPIC)[-1].markers if it.action == Marker.ADD]
 
     def send(self, angle: float, feed: float) -> None:
@@ -91,14 +91,14 @@ class Cell:
         self.node.send('/feed', Float64(feed))
 
     def begin(self) -> None:
-        """Let the run begin, with the robot where the reference has it then."""
+        """Begin the run, with the robot in the reference's pose at that time."""
         self.send(0.0, 0.0)
         self.send(0.0, 1.0)
         self.node.advance(0.1)
         assert self.phases[-1].known
 
     def move(self, speed: float, begin_s: float = 0.0, pause_s: float = 0.0) -> List[Said]:
-        """Run from a time of the reference to its end; return what the node said meanwhile."""
+        """Run from a time of the reference to its end; return the node's messages meanwhile."""
         self.phases.clear()
         began_s = self.node.ros_s()
         end_s = (DURATION_S - begin_s) / speed + pause_s
@@ -111,14 +111,14 @@ class Cell:
 
 
 def moment_s(elapsed_s: float, speed: float, begin_s: float, pause_s: float) -> float:
-    """The moment of the reference at which the live robot is."""
+    """The moment of the reference that corresponds to the live robot."""
     pause_at_s = (PAUSE_S - begin_s) / speed
     paused_s = min(max(elapsed_s - pause_at_s, 0.0), pause_s)
     return begin_s + speed * (elapsed_s - paused_s)
 
 
 def phase_errors_s(said: List[Said], begin_s: float, end_s: float) -> np.ndarray:
-    """Where it is known and the robot moves, (n,)."""
+    """The errors of the moment (n,) where it is known and the robot moves."""
     return np.array([abs(it.found.reference - it.wanted_s) for it in said
                      if begin_s < it.wanted_s < end_s and it.found.known])
 
@@ -129,11 +129,11 @@ def cell() -> Cell:
 
 
 def test_it_follows_a_faster_run_and_a_pause(cell: Cell) -> None:
-    """Each speed is in the tests of the alignment alone; this is one with all of the node."""
+    """Each speed is tested with the alignment alone; this test covers the whole node."""
     assert cell.follow(REFERENCE) == ''
     said = cell.move(1.1, pause_s=0.8)
     errors = phase_errors_s(said, BEGIN_S + 0.5, END_S - 0.5)
-    assert len(errors) > 150  # thirty in each second
+    assert len(errors) > 150  # thirty per second
     assert float(np.quantile(errors, 0.95)) < 0.03
     behind_s = [it.found.behind for it in said if 5.5 < it.wanted_s < 6.5]
     assert float(np.median(behind_s)) == pytest.approx(5.0 / 1.1 - 5.0 + 0.8, abs=0.1)
@@ -148,7 +148,7 @@ def test_it_is_found_in_the_midst_of_a_run(cell: Cell) -> None:
 
 
 def test_its_moment_is_that_of_the_joints(cell: Cell) -> None:
-    """Whoever looks at live values has the moment of the reference for just that time."""
+    """So live values of exactly this time can be compared with the reference at its moment."""
     cell.follow(REFERENCE)
     cell.begin()
     measured = cell.node.now()
@@ -156,7 +156,7 @@ def test_its_moment_is_that_of_the_joints(cell: Cell) -> None:
     cell.phases.clear()
     cell.node.advance(0.15)
     assert {it.stamp for it in cell.phases} == {measured}
-    cell.node.advance(0.3)  # they do not come any more: as far as is known, the robot stands still
+    cell.node.advance(0.3)  # no more states arrive: as far as is known, the robot is at rest
     assert cell.phases[-1].stamp > measured
 
 
@@ -233,7 +233,7 @@ def test_nothing_is_said_after_the_end_of_following(cell: Cell) -> None:
     cell.follow(LiveReference(()))
     cell.phases.clear()
     cell.node.send('/odd', Float64(1.0))
-    assert cell.node.log == []  # nobody looks at it any longer
+    assert cell.node.log == []  # the topic is no longer read
     cell.send(0.0, 0.0)
     cell.send(0.0, 1.0)
     cell.node.advance(1.0)

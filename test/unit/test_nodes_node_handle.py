@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What tests hand in instead of the handle of a node has all of it, by the same names."""
+"""Stand-ins for a node's handle have all of its methods, with the same names."""
 from __future__ import annotations
 
 import inspect
@@ -16,7 +16,7 @@ from process_visualizer.msg import GhostRobot
 from process_visualizer.nodes.common.node_handle import NodeHandle, log_without_waiting
 from process_visualizer.srv import ShowGhost, ShowGhostRequest
 
-OF_PLAYER = 'thread'  # only the player has threads of its own, whose turns simulated_player takes
+OF_PLAYER = 'thread'  # only the player has threads of its own, and simulated_player schedules them
 NAMES = [name for name, value in vars(NodeHandle).items()
          if inspect.isfunction(value) and not name.startswith('_') and name != OF_PLAYER]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The server of our rospy nodes goes on after a shortage, and beside silent connections."""
+"""The server of our rospy nodes continues after a shortage, and next to silent connections."""
 from __future__ import annotations
 
 import errno
@@ -33,14 +33,14 @@ HEADER = struct.pack('<I', 5) + b'hello'
 
 
 def connected(server: NodeServer) -> socket.socket:
-    """Connect to it, and say who it is."""
+    """Connect to the server, and send the connection header."""
     connection = socket.create_connection(('localhost', server.port))
     connection.sendall(HEADER)
     return connection
 
 
 class ShortOf:
-    """A listening socket that accepts nothing the first time."""
+    """Listening socket that accepts nothing the first time."""
 
     def __init__(self, listening: socket.socket, shortage: Exception) -> None:
         self._listening, self._shortages = listening, [shortage]
@@ -56,7 +56,7 @@ class ShortOf:
 
 @pytest.mark.parametrize('shortage', [MemoryError(), OSError(errno.EMFILE, 'files')])
 def test_other_nodes_are_still_connected(shortage: Exception) -> None:
-    """Its thread ended, and nobody was connected any more."""
+    """Its thread ended, and no other node was connected after that."""
     taken: 'queue.Queue[Any]' = queue.Queue()
     server = NodeServer(lambda connection, _: taken.put(connection))
     server.server_sock = ShortOf(server.server_sock, shortage)
@@ -95,14 +95,14 @@ def test_a_header_that_claims_too_much_is_refused() -> None:
     try:
         with socket.create_connection(('localhost', server.port)) as connection:
             connection.sendall(b'\xff' * 4)
-            with suppress(ConnectionResetError):  # as not all of it was read
+            with suppress(ConnectionResetError):  # because not all of it was read
                 assert not connection.recv(1)
     finally:
         server.shutdown()
 
 
 class Answers(XmlRpcHandler):
-    """What a node answers to questions."""
+    """The answers of a node to requests."""
 
     def __init__(self) -> None:
         self.is_ready = threading.Event()
@@ -121,12 +121,12 @@ class Answers(XmlRpcHandler):
 
 
 def waited_for_without_end(_thread: threading.Thread) -> None:
-    """Like threading.Thread.start, if there is no memory for the beginning of the thread."""
+    """Act like threading.Thread.start without enough memory to start the thread."""
     pytest.fail('it would be waited for without end')
 
 
 def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node that was short of memory once never answered again, as it waited for a thread."""
+    """A node that ran out of memory once never answered again, as it waited for a thread."""
     handler = Answers()
     node = XmlRpcNode(0, handler)
     node.start()
@@ -156,7 +156,7 @@ def test_no_thread_is_waited_for_that_may_never_begin(monkeypatch: pytest.Monkey
 
 def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.MonkeyPatch
                                                            ) -> None:
-    """A node whose thread was slow to begin hung at its start."""
+    """A node whose thread was slow to start hung at its start."""
     node = XmlRpcNode(0, Answers())
     node._run_init()
     monkeypatch.setattr(rospy.core, '_shutdown_hooks', [node.shutdown])
@@ -170,7 +170,7 @@ def test_a_server_that_does_not_serve_yet_is_not_waited_for(monkeypatch: pytest.
 
 
 class Master:
-    """Knows a publisher of a topic, after it did not answer once."""
+    """Master that knows a publisher of a topic, but fails to answer once."""
 
     def __init__(self, *_arguments: Any, **_values: Any) -> None:
         pass
@@ -187,7 +187,7 @@ class Master:
 
 
 class Subscriptions:
-    """Stands for rospy's topic manager."""
+    """Stand-in for rospy's topic manager."""
 
     def check_all(self) -> None:
         pass
@@ -198,7 +198,7 @@ class Subscriptions:
 
 def test_a_publisher_of_which_the_node_could_not_hear_is_asked_for(
         monkeypatch: pytest.MonkeyPatch) -> None:
-    """The master tells of it once, and the node had no thread to listen."""
+    """The master reports it once, and the node had no thread to listen."""
     monkeypatch.setattr(connector_module, '_RETRY_S', 0.01)
     monkeypatch.setattr(connector_module, 'AskedMaster', Master)
     monkeypatch.setattr(connector_module, 'get_topic_manager', Subscriptions)
@@ -227,7 +227,7 @@ def no_thread(*_arguments: Any) -> None:
 
 
 class Connecting:
-    """Stands for a node's handler: notes what is connected, after some shortages."""
+    """Stand-in for a node's handler: notes the connections, after some shortages."""
 
     done = False
 
@@ -245,7 +245,7 @@ class Connecting:
 @pytest.mark.parametrize('is_inside', [False, True], ids=['no thread', 'no thread in it'])
 def test_a_publisher_that_comes_during_a_shortage_is_connected_later(
         is_inside: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before, the node heard of no publisher any more: rospy's thread had ended."""
+    """Before the fix, the node connected to no more publishers: rospy's thread had ended."""
     monkeypatch.setattr(connector_module, '_RETRY_S', 0.01)
     shortages: List[Exception] = [RuntimeError("can't start new thread"), MemoryError()]
     start = node_server._thread.start_new_thread

@@ -107,7 +107,7 @@ def test_terminal_is_restored_after_ctrl_c(terminal):
 
 def test_runs_on_where_nobody_could_continue_it(terminal):
     for _ in range(20):
-        terminal.type(b'\x1a')  # does not stop a process group that is orphaned
+        terminal.type(b'\x1a')  # does not stop an orphaned process group
         terminal.type(b'x')
         terminal.expect(b'<x>')
     terminal.type(b'q')
@@ -208,7 +208,7 @@ def foreign_terminal():
 
 
 def test_terminal_of_another_session_is_left_alone(foreign_terminal):
-    """It waits though there is something to read, and looks now and then whether it may."""
+    """It waits although there is input, and checks now and then whether it may read."""
     master, terminal = foreign_terminal
     before = termios.tcgetattr(terminal)
     os.write(master, b'typed\n')
@@ -238,7 +238,7 @@ def test_signals_are_handled_as_before_at_the_end(foreign_terminal):
 
 
 def test_file_descriptors_are_closed(foreign_terminal):
-    gc.collect()  # what other tests have left
+    gc.collect()  # garbage of other tests
     before = os.listdir('/proc/self/fd')
     for _ in range(10):
         with Keyboard(foreign_terminal[1]) as keyboard:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player: its priority, taken if the user wanted no other; how it ends before it plays."""
+"""The player: its priority, unless the user chose another one; its end before it plays."""
 import errno
 import os
 import subprocess
@@ -18,7 +18,7 @@ take_priority()
 print(os.getpriority(os.PRIO_PROCESS, 0))
 """
 OURS = os.getpriority(os.PRIO_PROCESS, 0)
-"""The niceness that somebody may have chosen for the tests."""
+"""The niceness with which the tests were started."""
 
 
 def priority_after(nice, *prefix):
@@ -29,7 +29,7 @@ def priority_after(nice, *prefix):
 
 
 def may_have_priority():
-    """Whether a program of this user may come before others."""
+    """Return whether a program of this user may raise its priority."""
     return subprocess.run([sys.executable, '-c', f'import os; os.nice({PRIORITY})'],
                           stderr=subprocess.DEVNULL, check=False).returncode == 0
 
@@ -65,7 +65,7 @@ def test_it_ends_silently_when_interrupted_while_it_opens_a_bag():
 
 
 def fails_with(error):
-    """Raise an error, as what plays."""
+    """Stand-in for playback that raises an error."""
     raise error
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is to be called when a node ends, given while it ends; in a process of its own."""
+"""Functions to be called when a node ends, registered while it ends; in a separate process."""
 from __future__ import annotations
 
 import subprocess
@@ -27,7 +27,7 @@ print(*called)
 
 
 def test_nothing_is_forgotten_that_is_to_be_done_at_the_end() -> None:
-    """Else a player that a signal reaches while it begins would wait forever."""
+    """Otherwise a player that receives a signal while it starts would wait forever."""
     ended = subprocess.run([sys.executable, '-c', ENDS], stdout=subprocess.PIPE, text=True,
                            check=True, timeout=60)
     assert ended.stdout.split() == ['before', 'meanwhile', 'after']
@@ -52,7 +52,7 @@ end_process(3)
 
 
 def test_a_program_that_hears_of_its_end_first_waits_until_its_node_is_unregistered() -> None:
-    """Else a player that quit stayed at the master, with all of its topics."""
+    """Otherwise a player that quit stayed registered at the master, with all of its topics."""
     ended = subprocess.run([sys.executable, '-c', ENDS_WHILE_UNREGISTERING], stdout=subprocess.PIPE,
                            text=True, check=False, timeout=60)
     assert (ended.stdout, ended.returncode) == ('unregistered\n', 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which messages can control the rate of playback."""
+"""Messages that can control the rate of playback."""
 import pytest
 from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Header, Int32

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The velocity's arrow points along the tool's true motion, whatever the driver reports."""
+"""The velocity arrow points along the true motion of the tool, for any driver convention."""
 from __future__ import annotations
 
 import sys
@@ -36,7 +36,7 @@ SETTLED_S, DURATION_S = 1.5, 3.0
 
 def row(robot: RobotStage, path: ToolPath, convention: Convention, belongs_s: float
         ) -> List[Tuple[float, float]]:
-    """Compare what RViz draws now with the path: angle [deg] and distance [m]; none while slow."""
+    """Compare RViz's current arrow with the path: angle [deg] and distance [m]; none while slow."""
     arrow = robot.markers().get(('velocity', 0))
     wanted = path.velocity(belongs_s, convention.tool)
     if arrow is None or arrow.action != Marker.ADD or np.linalg.norm(wanted) < SLOWEST_M_PER_S:
@@ -73,6 +73,6 @@ def test_every_model_with_poses_turned_and_untouched(model: Model, convention: C
     robot.run(SETTLED_S + DURATION_S, drive, hz=RATE_HZ)
     angles_deg, feet_m = np.array(found).T
     assert len(angles_deg) > 100
-    # The tool turns by 1 rad/s, and arrows are drawn anew 30 times a second.
+    # The tool turns by 1 rad/s, and arrows are redrawn 30 times per second.
     assert np.median(angles_deg) < 1.0 and np.max(angles_deg) < 5.0
     assert np.max(feet_m) < 0.01

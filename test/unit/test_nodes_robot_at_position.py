@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot shows of a recording is that of the position, however one came there."""
+"""A robot's display of a recording is that of the position, whatever the way there."""
 from __future__ import annotations
 
 import math
@@ -22,31 +22,31 @@ from process_visualizer.robot.recorded_velocity import RecordedVelocity, speeds
 from process_visualizer.srv import ReadTopicRequest
 
 LENGTH_MS, GAP_MS = 12_000, (8_000, 10_500)
-NEAR_M_PER_S = 2e-4  # what a print of a float32 position may make of a velocity
+NEAR_M_PER_S = 2e-4  # error of a velocity due to float32 positions
 PARAMETERS: Dict[str, Mapping[str, object]] = {
     'n': {'base_frame': 'n/base', 'topics': {'tool_center_frame': {'name': '/n/tcf'}}},
     # the tool's frame from tf, two frames away from the base
     't': {'base_frame': 't/base', 'tool_frame': 't/tool', 'topics': {'tool_center_frame': {
         'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 't/tip'}}},
-    # a driver that sends what it measured 0.1 s before
+    # a driver that sends its measurements with a delay of 0.1 s
     'l': {'base_frame': 'n/base', 'topics': {'tool_center_frame': {'name': '/n/tcf',
                                                                    'latency': 0.1}}},
     # joints and a model alone
     'j': {'base_frame': 'j/base', 'tool_frame': 'j/tip', 'topics': {'joint_states': {
         'name': '/j/q', 'msg': 'sensor_msgs/JointState'}}},
-    # the same arrays in the frame of a maker, which is turned by half a turn
+    # the same arrays in a maker's frame, which is turned by half a turn
     'm': {'base_frame': 'left_base_link', 'tool_frame': 'left_tool', 'link_prefix': 'left_',
           'topics': {'tool_center_frame': {'name': '/n/tcf', 'parent_frame': 'base'}}}}
 
 
 def place(time_ms: float) -> Tuple[float, float, float]:
-    """Return where the tool is [m]: it swings, slower and faster."""
+    """Return the tool position [m]: it swings, slower and faster."""
     time_s = time_ms / 1000.0
     return -0.6 + 0.02 * time_s, 0.15 * math.sin(2.0 * time_s), 0.2 + 0.05 * math.cos(time_s ** 1.5)
 
 
 def rows() -> List[Row]:
-    """Return poses at 125 Hz but for a gap, some late, and transforms at 50 Hz."""
+    """Return poses at 125 Hz except in a gap, some of them late, and transforms at 50 Hz."""
     late = random.Random(3)
     found, free_ms = [], 0
     for time_ms in range(0, LENGTH_MS + 1, 8):
@@ -62,7 +62,7 @@ def rows() -> List[Row]:
 
 
 class Truth:
-    """What the curves of the launcher say of the recording."""
+    """The launcher's curves of the recording."""
 
     def __init__(self, recording: List[Row]) -> None:
         poses = sorted((row for row in recording if row.topic == '/n/tcf'),
@@ -89,20 +89,20 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 class Shown:
-    """A robot beside a player that stands at the beginning, and what is right there."""
+    """Robot next to a player that is paused at the beginning, and the expected values."""
 
     def __init__(self, robot: RobotStage, bag: str, truth: Truth) -> None:
         self.robot, self.truth = robot, truth
         self.player = SimulatedPlayer(robot.node, bag)
 
     def seek(self, position_s: float) -> None:
-        """Go to a position and forget what was published before."""
+        """Go to a position and forget everything published before."""
         self.robot.forget()
         self.player.seek(position_s)
 
     def check(self, position_s: Optional[float] = None, truth: Optional[np.ndarray] = None,
               within_s: float = 0.2) -> None:
-        """Assert that the velocity of the position is shown, published, and stays."""
+        """Assert that the velocity at the position is displayed and published, and remains."""
         self.robot.node.advance(within_s)
         position_s = self.player.position_s if position_s is None else position_s
         wanted = self.truth.velocity(position_s) if truth is None else truth
@@ -114,7 +114,7 @@ class Shown:
         assert self.robot.speed() == pytest.approx(np.linalg.norm(wanted), abs=0.0011)
 
     def assert_published(self, wanted: object) -> None:
-        """Assert what was published last, and that RViz shows its number."""
+        """Assert the last published values, and that RViz shows their number."""
         assert self.robot.velocity() is not None
         np.testing.assert_allclose(self.robot.velocity(), wanted, atol=NEAR_M_PER_S)
         assert self.robot.speed() == pytest.approx(np.linalg.norm(wanted), abs=0.0011)
@@ -122,7 +122,7 @@ class Shown:
 
 @pytest.fixture
 def stage(bag: str, truth: Truth) -> Iterator[Callable[..., Shown]]:
-    """Return a function that sets up a robot beside a player."""
+    """Return a function that sets up a robot next to a player."""
     opened: List[Shown] = []
 
     def make(name: str = 'n', model: str = '', played: str = bag) -> Shown:
@@ -187,7 +187,7 @@ def test_while_it_plays_each_velocity_is_the_one_of_its_stamp(
         linear = message.twist.linear
         errors.append(np.abs(np.subtract([linear.x, linear.y, linear.z], wanted)).max())
     assert len(errors) > 200
-    # Of late poses it matters a little which others are known.
+    # For late poses it matters slightly which others are known.
     assert np.median(errors) < 1e-6 and max(errors) < 2 * NEAR_M_PER_S
 
 
@@ -304,7 +304,7 @@ def test_data_is_not_stale_while_playback_is_paused_but_once_the_player_is_gone(
 
 
 def test_what_comes_before_the_player_has_told_its_position_is_not_shown(shown: Shown) -> None:
-    """Messages of a jump may be faster than the state, in which its position is."""
+    """Messages after a seek may arrive before the state that contains the position."""
     shown.seek(4.0)
     shown.check(4.0)
     shown.robot.forget()
@@ -320,7 +320,7 @@ def test_while_the_recording_is_read_nothing_is_drawn_and_then_no_old_number(
     del shown.robot.node.offered['/bag_player/read']
     shown.seek(11.9)
     shown.robot.node.advance(0.04)
-    assert not shown.robot.arrays  # it takes a moment only
+    assert not shown.robot.arrays  # only for a moment
     shown.robot.node.advance(0.3)
     assert not shown.robot.twists
     assert shown.robot.text() == ''
@@ -366,4 +366,4 @@ def test_a_player_that_does_not_answer_is_named_now_and_then(shown: Shown) -> No
     del node.offered['/bag_player/read'], node.log[:]
     shown.player.seek(11.9)
     node.advance(0.5)
-    assert node.log == []  # once more it may just have ended
+    assert node.log == []  # again, it may just have ended

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tool behind links that only the cell's own nodes place: its velocity at a position."""
+"""A tool after links that only the cell's own nodes place: its velocity at a position."""
 from __future__ import annotations
 
 import math
@@ -23,8 +23,8 @@ from process_visualizer.curves.curves import read_curves
 from process_visualizer.player.bag_player import HEAD_START_NS
 
 LENGTH_MS = 9000
-OFFSET_M = 2.0  # of joint_proc; it moves the tool, and leaves its velocity
-NEAR_M_PER_S = 0.004  # of 0.45 m/s: joints are recorded at 100 Hz, and the slope is one over 0.2 s
+OFFSET_M = 2.0  # of joint_proc; it moves the tool, but does not change its velocity
+NEAR_M_PER_S = 0.004  # of 0.45 m/s: joints are recorded at 100 Hz, and the slope is over 0.2 s
 MODEL = 'maker_robot.urdf'
 CELL = """<visualizer><device type="robot" name="r">
   <model path="{model}" /><base frame="left_base_link" /><tool frame="left_tool" />
@@ -34,7 +34,7 @@ CELL = """<visualizer><device type="robot" name="r">
 
 
 def robot_parameters(joints: str, tool: Any, prefix: str = 'left_') -> Dict[str, Any]:
-    """Return the parameters of a robot with a topic of joints, and a frame or topic of the tool."""
+    """Return the parameters of a robot with a joint topic, and a frame or topic of the tool."""
     if not isinstance(tool, dict):
         tool = {'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': tool}
     return {'base_frame': 'left_base_link', 'tool_frame': 'left_tool', 'link_prefix': prefix,
@@ -42,35 +42,35 @@ def robot_parameters(joints: str, tool: Any, prefix: str = 'left_') -> Dict[str,
 
 
 ROBOTS = {
-    # as a Panda: the tool on tf behind links of which the recording has the joints only
+    # as with a Panda: the tool on tf, after links for which the recording only has the joints
     'tip': robot_parameters('joints', 'left_tip'),
     'array': robot_parameters('array', 'left_tip', ''),
-    # the tool's frame is a link of the model: the driver sends nothing of it
+    # the tool's frame is a link of the model: the driver does not send it
     'link': robot_parameters('joints', 'left_tool'),
-    # as of most makers: the driver sends joints, and no pose of the tool
+    # as with most makers: the driver sends joints, and no tool pose
     'only': robot_parameters('joints', {}),
     # poses in the frame of a link that a joint moves
     'cart': robot_parameters('joints', {'name': '/driver/pose'}),
-    # behind a link by the name that it has without the prefix
+    # after a link that is named without the prefix
     'bare': robot_parameters('joints', 'bare_tip'),
-    # behind a link by a name with a prefix that the model lacks
+    # after a link whose name has a prefix that the model does not have
     'odd': robot_parameters('joints', 'odd_tip', '')}
 PLACED = ('tip', 'array', 'link', 'cart', 'bare', 'only')
 
 
 def axis(time_s: float) -> float:
-    """Return where the linear axis is [m]."""
+    """Return the position of the linear axis [m]."""
     return 0.3 * math.sin(1.5 * time_s)
 
 
 def velocity(time_s: float) -> float:
-    """Return its velocity [m/s], seen through a window of 0.2 s."""
+    """Return its velocity [m/s], over a window of 0.2 s."""
     times_s = time_s + np.linspace(-0.1, 0.1, 21)
     return float(np.polyfit(times_s, [axis(it) for it in times_s], 1)[0])
 
 
 def rows() -> List[Row]:
-    """Return what a hand's driver sends: the tool behind its flange at 30 Hz, joints at 100 Hz."""
+    """Return a hand driver's messages: the tool after its flange at 30 Hz, joints at 100 Hz."""
     found = []
     for time_ms in range(0, LENGTH_MS + 1, 33):
         for parent, child in (('left_tool', 'left_tip'), ('tool', 'bare_tip'),
@@ -99,7 +99,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def play_joint_nodes(node: SimulatedNode, name: str) -> None:
-    """Take the place of joint_proc and robot_state_publisher."""
+    """Replace joint_proc and robot_state_publisher."""
     node.send('/tf_static', TFMessage([
         transform('left_base_link', 'left_base', 0.0, 0.0, 0.0, 0.5, turn=math.pi),
         transform('left_cart', 'left_tool', 0.0, 1.0, 0.0, 0.0, turn=math.pi / 2)]), latch=True)
@@ -114,7 +114,7 @@ def play_joint_nodes(node: SimulatedNode, name: str) -> None:
 
 
 class Hand:
-    """A robot beside a player that stands at the beginning."""
+    """Robot next to a player that is paused at the beginning."""
 
     def __init__(self, name: str, bag: Path) -> None:
         self.robot = RobotStage(ROBOTS[name], name, MODEL)
@@ -122,7 +122,7 @@ class Hand:
         self.player = SimulatedPlayer(self.robot.node, str(bag))
 
     def check(self, command: Callable[..., None], *arguments: Any) -> None:
-        """Give a command; what is published soon is the velocity of the position, and stays."""
+        """Give a command; soon the velocity at the position must be published, and stay."""
         self.robot.forget()
         command(*arguments)
         self.robot.node.advance(0.3)
@@ -137,7 +137,7 @@ class Hand:
 
 @pytest.fixture
 def hand(folder: Path) -> Iterator[Callable[..., Hand]]:
-    """Return a function that sets up a robot beside a player."""
+    """Return a function that sets up a robot next to a player."""
     hands: List[Hand] = []
 
     def make(name: str, bag: str = 'hand.bag') -> Hand:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The markers of a robot: at the right place, with the right direction, length and number."""
+"""The markers of a robot: position, direction, length and number."""
 import math
 
 import numpy as np
@@ -30,7 +30,7 @@ def shown(velocity=None, force=None, now_s=NOW_S, place=DOWN, force_frame='r/for
 
 
 def direction(arrow):
-    """Return where an arrow points in its frame."""
+    """Return the direction of an arrow in its frame."""
     rotation = arrow.pose.orientation
     return matrix_from_quaternion((rotation.x, rotation.y, rotation.z, rotation.w)) @ [1, 0, 0]
 
@@ -52,7 +52,7 @@ def test_force_arrow_acts_in_the_force_frame():
     assert np.allclose(direction(arrow), [0, 0, -1])
     assert arrow.scale.x == pytest.approx(0.36)
     assert markers['force', 1].text.strip() == 'F 20.0 N'
-    assert markers['force', 1].header.frame_id == 'r/force'  # the tool's pose is not known
+    assert markers['force', 1].header.frame_id == 'r/force'  # the tool's pose is unknown
 
 
 def test_arrows_and_numbers_begin_where_the_tool_is_in_its_frame():
@@ -67,7 +67,7 @@ def test_arrows_and_numbers_begin_where_the_tool_is_in_its_frame():
     assert np.allclose((number.x, number.y, number.z),
                        (-text.outward_m, 0.1, 0.2 - text.up_m))
     foot = shown(force=(9.0, 0.0, 0.0), place=place)['force', 0].pose.position
-    assert (foot.x, foot.y, foot.z) == (0.0, 0.0, 0.0)  # in a frame of its own
+    assert (foot.x, foot.y, foot.z) == (0.0, 0.0, 0.0)  # in its own frame
 
 
 def test_numbers_stand_beyond_the_tool_in_two_lines():

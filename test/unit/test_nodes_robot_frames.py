@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Poses and forces in frames of the maker, which the model connects with the robot's base."""
+"""Poses and forces in the maker's frames, which the model connects with the robot's base."""
 from __future__ import annotations
 
 import math
@@ -18,7 +18,7 @@ SPEED_M_PER_S = 0.2
 
 @pytest.fixture
 def robot() -> RobotStage:
-    """A maker's model with a prefix, whose driver knows nothing of that."""
+    """A maker's model with a prefix that its driver does not know."""
     return RobotStage({'base_frame': 'left_base_link', 'tool_frame': 'left_tool',
                        'link_prefix': 'left_', 'topics': {
                            'joint_states': {'name': 'joints'},
@@ -28,7 +28,7 @@ def robot() -> RobotStage:
 
 def driver(robot: RobotStage, frames: Sequence[str], moves: bool = True
            ) -> Callable[[float], None]:
-    """Its axis moves along +y; the tool moves along -y of the maker's base, or is on the cart."""
+    """The axis moves along +y; the tool moves along -y of the maker's base, or is on the cart."""
     def drive(time_s: float) -> None:
         y, now = SPEED_M_PER_S * time_s, Time.from_sec(robot.node.now_s)
         state = JointState(name=['axis'], position=[y])
@@ -45,7 +45,7 @@ def driver(robot: RobotStage, frames: Sequence[str], moves: bool = True
 
 
 def assert_moves(robot: RobotStage, *velocity: float, atol: float = 1e-6) -> None:
-    """Assert what was published last, over half a second."""
+    """Assert the last published values, over half a second."""
     np.testing.assert_allclose(robot.velocities(60), [velocity] * 60, atol=atol)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot takes: standard messages; whatever cannot be used is named and left out."""
+"""Input of a robot: standard messages; unusable ones are reported and left out."""
 from __future__ import annotations
 
 from typing import Any
@@ -20,7 +20,7 @@ TOPICS = {'tool_center_frame': {'name': '/s/tool'}, 'force_sensor': {'name': '/s
 
 @pytest.fixture
 def robot() -> RobotStage:
-    """A robot that takes any type of message."""
+    """A robot that accepts any type of message."""
     return RobotStage({'base_frame': 'base', 'topics': TOPICS}, 's')
 
 
@@ -38,7 +38,7 @@ def wrench(x: float) -> WrenchStamped:
 
 
 def cut(message: Any) -> AnyMsg:
-    """Return a message of which the end is missing."""
+    """Return a truncated message."""
     found = any_message(message)
     found._buff = found._buff[:-3]
     return found
@@ -104,7 +104,7 @@ def test_stamps_that_stand_still_are_named(robot: RobotStage) -> None:
 
 
 def test_ros_time_that_stands_still_or_goes_back_is_named(robot: RobotStage) -> None:
-    """What comes is shown nevertheless."""
+    """Its messages are shown anyway."""
     drive = moving_tool(robot, '/s/tool', (0.0, 0.1, 0.0))
     node, begin_s = robot.node, robot.node.now_s
 
@@ -125,7 +125,7 @@ def test_a_complaint_stands_on_diagnostics_while_it_holds(robot: RobotStage) -> 
     robot.run(2.0, lambda _: robot.send('/s/tool', pose(w=np.nan)))
     bad = robot.reports(name, 'NaN or infinity')
     assert {status.level for status in bad} == {DiagnosticStatus.WARN}
-    assert 4 <= len(bad) <= 5  # at once, and twice a second
+    assert 4 <= len(bad) <= 5  # at once, and twice per second
     assert {it.key: it.value for it in bad[-1].values} == {'messages': '250', 'for_s': '2.0'}
     robot.run(4.0, lambda _: robot.send('/s/tool', pose()))
     assert robot.reports(name)[-1].level == DiagnosticStatus.OK
@@ -158,7 +158,7 @@ def test_a_frame_that_tf_does_not_know_is_named() -> None:
         robot.send('/loose/ft', array(0, 0, 20))
     robot.run(4.0, drive)
     assert robot.node.log == []  # other nodes may start later
-    assert not robot.node.listens('/tf')  # that is expensive, with many robots
+    assert not robot.node.listens('/tf')  # expensive with many robots
     robot.run(1.5, drive)
     assert robot.node.listens('/tf')
     robot.run(2.5, drive)

@@ -48,7 +48,7 @@ def height(time_s: float) -> float:
 
 
 def velocity(time_s: float) -> np.ndarray:
-    """Of the tool [m/s], seen through a window of 0.2 s."""
+    """Return the tool's velocity [m/s] over a window of 0.2 s."""
     times_s = time_s + np.linspace(-0.1, 0.1, 21)
     places = np.array([(0.6 * math.cos(turn(it)), 0.6 * math.sin(turn(it)), height(it))
                        for it in times_s])
@@ -56,9 +56,9 @@ def velocity(time_s: float) -> np.ndarray:
 
 
 def rows() -> List[Row]:
-    """Return an arm and a lift at 100 Hz, and between their messages a gripper at 50 Hz.
+    """Return an arm and a lift at 100 Hz, with a gripper at 50 Hz in between.
 
-    Each message is on a topic of its own, and on that of all.
+    Each message is on its own topic, and on the common one.
     """
     found = []
     for topic, step_ms, late_ms, value in ((ARM, 10, 0, turn), (LIFT, 10, 0, height),
@@ -76,7 +76,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 class Stand:
-    """A robot beside a player."""
+    """Robot next to a player."""
 
     def __init__(self, bag: str, topics: Sequence[str]) -> None:
         self.robot = RobotStage(parameters(topics), model=MODEL)
@@ -113,7 +113,7 @@ def test_sought_stepped_and_backwards(stand: Stand) -> None:
 @pytest.mark.parametrize('topics', [(ALL,), (ARM, LIFT)], ids=['one topic', 'two topics'])
 def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(
         tmp_path: Path, topics: Sequence[str]) -> None:
-    """Though nothing was sent of it for seconds; the arm moves all the time."""
+    """Nothing was sent for it for seconds, while the arm moves all the time."""
     seldom = [Row(name, row.time_ms, row.message) for row in rows() for name in (ALL, row.topic)
               if row.topic == ARM or (row.topic == LIFT and row.time_ms in (0, 30))]
     stand = Stand(write_bag(tmp_path / 'seldom.bag', seldom), topics)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages that carry a robot's quantities, good ones and bad ones."""
+"""Messages with a robot's quantities, valid and invalid."""
 import io
 import math
 
@@ -13,7 +13,7 @@ from process_visualizer.robot.rotations import matrix_from_quaternion, matrix_fr
 
 
 def decode(decoders, message):
-    """Return what a decoder makes of a message's bytes."""
+    """Return the result of a decoder for a message's bytes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return decoders[message._type](buffer.getvalue())

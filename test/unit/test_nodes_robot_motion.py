@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The arrows of a robot: velocity and force, where they are, and when data stop."""
+"""The arrows of a robot: velocity and force, their positions, and the end of data."""
 from __future__ import annotations
 
 from typing import Any, Dict, List
@@ -26,7 +26,7 @@ TICK_S = 0.1
 
 @pytest.fixture
 def robot() -> RobotStage:
-    """The robot of robot.urdf, with the thesis' messages."""
+    """The robot of robot.urdf, with the messages of the thesis."""
     return RobotStage(PARAMETERS, model='robot.urdf')
 
 
@@ -36,14 +36,14 @@ def joints(robot: RobotStage, *positions: float) -> None:
 
 
 def text_of(message: Any) -> List[str]:
-    """Return the velocity's number in an array of markers, if it has it."""
+    """Return the text of the velocity in an array of markers, if there is one."""
     return [it.text.strip() for it in message.markers if (it.ns, it.id) == ('velocity', 1)]
 
 
 def test_velocity_of_a_moving_tool(robot: RobotStage) -> None:
-    joints(robot, np.pi / 2, 0.0)  # the model's tool is turned, the reported one not
+    joints(robot, np.pi / 2, 0.0)  # the model's tool is turned, the reported one is not
     robot.run(2.0, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
-    # Each pose waits to see what follows.
+    # Each pose waits for the following one.
     np.testing.assert_allclose(robot.velocities(200), [[0.0, 0.1, 0.0]] * 200, atol=1e-6)
     assert robot.twists[-1].header.frame_id == 'r/link0'
     arrow = robot.markers()['velocity', 0]
@@ -63,7 +63,7 @@ def test_markers_come_as_fast_as_a_screen_can_show_them(robot: RobotStage) -> No
 
 @pytest.mark.parametrize('model', ['', 'robot.urdf'])
 def test_a_robot_without_markers_says_so(model: str) -> None:
-    """RViz takes a topic without messages for a process that is dead; pictures wait for it."""
+    """RViz treats a topic without messages as a dead process; the view picture waits for it."""
     robot = RobotStage({'topics': {}}, model=model)
     robot.run(1.0)
     assert robot.arrays and not robot.markers()
@@ -101,7 +101,7 @@ def test_tool_frame_from_tf() -> None:
 
 
 def test_transforms_after_a_clock_that_was_set_back() -> None:
-    """The old ones would stand in the way of the new."""
+    """The old ones would prevent the use of the new ones."""
     robot = RobotStage({'base_frame': 'f/base', 'tool_frame': 'f/tip', 'topics': {
         'tool_center_frame': {'name': '/tf', 'msg': 'tf2_msgs/TFMessage'}}}, 'f')
 
@@ -125,7 +125,7 @@ def test_a_standing_tool_has_no_arrow_and_a_stopped_driver_is_shown(robot: Robot
 
 
 def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
-    """The gray arrow, its number, and the joints; 0.7 s after the last data, not before."""
+    """The gray arrow, its number, and the joints; 0.7 s after the last data, not earlier."""
     joints(robot, 0.1, 0.2)
     robot.run(0.7, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
     joints(robot, 0.1, 0.2)
@@ -141,8 +141,8 @@ def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
                 grey_s.setdefault(f'{marker.ns} {marker.type}', robot.node.now_s - stopped_s)
     assert set(grey_s) == {f'velocity {Marker.ARROW}', f'velocity {Marker.TEXT_VIEW_FACING}',
                            f'joints {Marker.TEXT_VIEW_FACING}'}
-    assert min(grey_s.values()) >= 0.7 - 0.01  # the last pose came a period before
-    assert max(grey_s.values()) <= 0.7 + 2 * TICK_S  # a tick, and the pace of the numbers
+    assert min(grey_s.values()) >= 0.7 - 0.01  # the last pose came a period earlier
+    assert max(grey_s.values()) <= 0.7 + 2 * TICK_S  # a tick, and the period of the numbers
 
 
 def test_what_is_left_from_the_live_robot_grows_old_in_paused_playback(robot: RobotStage) -> None:
@@ -161,7 +161,7 @@ def test_what_is_left_from_the_live_robot_grows_old_in_paused_playback(robot: Ro
 
 
 def test_before_its_first_wrench_a_recording_has_no_force(robot: RobotStage) -> None:
-    """The force of the position before the jump stayed."""
+    """The force at the position before the jump remained."""
     wrench = WrenchStamped()
     wrench.header.frame_id, wrench.wrench.force.z = 'r/link0', 9.0
     texts = []
@@ -202,7 +202,7 @@ def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
 
 def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot: RobotStage
                                                                           ) -> None:
-    """Also if there are not as many as the screen could show."""
+    """Also if there are fewer of them than the screen could show."""
     drive = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0))
     robot.run(0.5, drive)
     joints(robot, 0.1, 0.2)
@@ -220,7 +220,7 @@ def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot:
 
 
 def test_the_last_poses_before_a_driver_stops_count(robot: RobotStage) -> None:
-    """Poses wait to see what follows, but not forever."""
+    """Poses wait for the following ones, but not forever."""
     robot.run(0.2, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), hz=10.0)
     robot.node.advance(0.3)
     assert robot.text() == 'v 0.100 m/s'
@@ -260,7 +260,7 @@ def test_force(robot: RobotStage) -> None:
 
 
 def test_playback_rate_scales_the_time_while_it_changes(robot: RobotStage) -> None:
-    """Of another player than our own, who sets the parameter."""
+    """For another player than our own, one that sets the parameter."""
     drive = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0))
     for rate in (2.0, -1.0, 0.5):
         robot.node.params['/process_visualizer/playback_rate'] = rate
@@ -274,7 +274,7 @@ JOINTS_ONLY = {'force_frame': 'r/force', 'topics': {'joint_states': {'name': '/r
 
 @pytest.mark.parametrize('hz', [125.0, 30.0])
 def test_a_driver_without_poses_has_velocity_and_force_at_the_tool_of_the_model(hz: float) -> None:
-    """The joints come one by one: 0.5 rad/s at 0.6 m, and the slide stands still."""
+    """The joints come one by one: 0.5 rad/s at 0.6 m, and the slide is at rest."""
     robot = RobotStage(JOINTS_ONLY, model='robot.urdf')
 
     def drive(time_s: float) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a robot was when the clouds were taken that are shown at a position of a recording."""
+"""The robot's pose at the time of the clouds that are shown at a position of a recording."""
 from __future__ import annotations
 
 import itertools
@@ -22,7 +22,7 @@ from process_visualizer.ros_names import RESTORED_TF_TOPIC
 LENGTH_MS = 6000
 FAR, NEAR, ANOTHER_CLOCK = '/far/points', '/near/points', '/foreign/points'
 CLOUDS = {FAR: (100, 200, 61), NEAR: (101, 143, 5), ANOTHER_CLOCK: (77, 500, 5_000)}
-"""By topic: the first, the period, and how old a cloud is by its stamp when it is recorded [ms]."""
+"""By topic: the first, the period, and the age of a cloud, by its stamp, when recorded [ms]."""
 MODEL = '<robot name="r"><link name="base_link"/><link name="arm"/><link name="finger"/>' + ''.join(
     f'<joint name="{child}_joint" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
     '<axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="1" velocity="9"/></joint>'
@@ -31,7 +31,7 @@ MODEL = '<robot name="r"><link name="base_link"/><link name="arm"/><link name="f
 PARAMETERS = {'base_frame': 'base_link', 'tool_frame': 'finger', 'topics': {
     'joint_states': {'name': '/arm/joints'}, 'more_joint_states': ['/gripper/joints']}}
 OPENED_MS = 2000
-"""When the gripper opens; it had told that it is shut before the first cloud, once."""
+"""Time of the gripper's opening; it reported once, before the first cloud, that it is shut."""
 
 
 def turn(time_s: float) -> float:
@@ -40,7 +40,7 @@ def turn(time_s: float) -> float:
 
 
 def opening(time_s: float) -> float:
-    """Return the gripper's [m]."""
+    """Return the gripper's opening [m]."""
     return 0.05 if time_s * 1000.0 >= OPENED_MS else 0.0
 
 
@@ -50,7 +50,7 @@ def joints(time_ms: int, name: str, position: float) -> JointState:
 
 
 def rows() -> List[Row]:
-    """Return an arm at 50 Hz, told late and within one turn, a gripper that tells changes."""
+    """Return an arm at 50 Hz, late and within one turn, and a gripper that only sends changes."""
     found = [Row('/gripper/joints', 0, joints(0, 'finger_joint', 0.0)),
              Row('/gripper/joints', OPENED_MS, joints(OPENED_MS, 'finger_joint', 0.05))]
     for time_ms in range(0, LENGTH_MS + 1, 20):
@@ -69,7 +69,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 class Cell:
-    """A robot beside a player, and somebody who compares its clouds with it."""
+    """Robot next to a player, with a comparison of its clouds and its poses."""
 
     def __init__(self, bag: str, params: Optional[Dict[str, Any]] = None) -> None:
         self.robot = RobotStage(PARAMETERS, 'r', MODEL, SimulatedNode('/r/robot_proc', params))
@@ -96,7 +96,7 @@ class Cell:
                 for topic in CLOUDS if self.player.of(topic)}
 
     def check(self) -> None:
-        """Assert that the robot is at its place at the time of each cloud that is shown."""
+        """Assert the robot's pose at the time of each displayed cloud."""
         places, position_ms = self.places(), self.player.position_s * 1000.0
         for topic, stamp_ns in self.clouds().items():
             first_ms, period_ms, age_ms = CLOUDS[topic]

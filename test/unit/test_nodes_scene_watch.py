@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Words in the scene about processes that draw and have ended, hang, or took their leave."""
+"""Texts in the scene about display nodes that have ended, hang, or were shut down."""
 from __future__ import annotations
 
 import socket
@@ -25,11 +25,11 @@ PARAMETERS = SceneParameters('r/link0', (
                   ('/c/points',), '/c/points_age')), 0.7)
 STEP_S = 0.05
 NOTICED_S = 1.0
-"""Within this time the watch has found out: it asks every 0.3 s, and waits 0.5 s for an answer."""
+"""Maximum time until the watch reacts: it asks every 0.3 s, and waits 0.5 s for an answer."""
 
 
 class Processes:
-    """The master, and the processes of nodes as far as they can be asked."""
+    """Master, and the processes of nodes as far as they can be asked."""
 
     def __init__(self, *nodes: str) -> None:
         self.running = set(nodes)
@@ -56,7 +56,7 @@ class Processes:
         return node
 
     def connect(self, node: str) -> socket.socket:
-        """As the kernel: it refuses for a process that stopped; not for one that hangs."""
+        """Connect as the kernel does: refuse for a stopped process, but not for one that hangs."""
         if node not in self.running:
             raise ConnectionRefusedError(node)
         ours, theirs = socket.socketpair()
@@ -72,14 +72,14 @@ class Processes:
                 continue
             if node in self.running:
                 assert b'getPid' in connection.recv(4096)
-                with suppress(BrokenPipeError):  # nobody waits for it any longer
+                with suppress(BrokenPipeError):  # nobody waits for it any more
                     connection.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
             connection.close()
         self._questions = waiting
 
 
 class Watch:
-    """The node, and what RViz shows of its markers."""
+    """The node, and its markers in RViz."""
 
     def __init__(self) -> None:
         self.processes = Processes(STATE_PUBLISHER, PROCESSOR, '/c/depth_proc')
@@ -87,14 +87,14 @@ class Watch:
         self.start()
 
     def start(self) -> None:
-        """Begin, or begin anew after the last process of the node has ended."""
+        """Start the node, or restart it after its last process has ended."""
         for name, value in self.processes.parameters.items():
             self.node.set_param(name, value)
         self._watch = SceneWatch(self.node, self.processes, PARAMETERS, self.processes.connect)
         self.wait(NOTICED_S)
 
     def wait(self, duration_s: float) -> None:
-        """Let time pass, a step after the other."""
+        """Let time pass, step by step."""
         end_s = self.node.now_s + duration_s
         while self.node.now_s < end_s:
             self._watch.step(0.0)
@@ -102,11 +102,11 @@ class Watch:
             self.node.advance(STEP_S)
 
     def markers(self) -> Dict[str, Marker]:
-        """Return what it has published last."""
+        """Return the last published markers."""
         return {it.ns: it for it in self.node.sent('~marker_array')[-1].markers}
 
     def words(self, device: str = 'r') -> str:
-        """Return what it says of a device; '' if that is well."""
+        """Return the text about a device; '' if there are no problems."""
         marker = self.markers().get(device)
         return '' if marker is None else str(marker.text)
 
@@ -114,14 +114,14 @@ class Watch:
 @pytest.fixture
 def watch() -> Watch:
     made = Watch()
-    made.wait(6.0)  # no node is starting any longer
+    made.wait(6.0)  # no node is starting any more
     made.node.sent('~marker_array').clear()
     return made
 
 
 def test_of_those_that_answer_nothing_is_said_but_something_is_published(watch: Watch) -> None:
     watch.wait(10.0)
-    assert list(watch.markers()) == ['all is well']  # a display that receives nothing warns
+    assert list(watch.markers()) == ['all is well']  # a display without messages shows a warning
     assert 10 <= len(watch.node.sent('~marker_array')) <= 13
 
 
@@ -164,7 +164,7 @@ def test_several_are_named_and_drawn_before_rviz_removes_the_words(watch: Watch)
 def test_publisher_of_a_shown_topic_that_takes_its_leave(watch: Watch) -> None:
     watch.processes.running.add('/other')
     watch.processes.publishers['/r/marker'] = ['/other']
-    watch.wait(4.0)  # the watch looks at the master every two seconds
+    watch.wait(4.0)  # the watch asks the master every two seconds
     assert watch.words() == ''
     watch.processes.running.remove('/other')
     watch.processes.publishers.clear()
@@ -192,7 +192,7 @@ def test_publisher_that_comes_back_with_another_name(watch: Watch, is_killed: bo
 
 
 def test_publisher_that_ends_beside_another_one_is_not_replaced_by_it(watch: Watch) -> None:
-    """The markers of the first one stay in the picture."""
+    """The markers of the first one remain in the view."""
     watch.processes.running.update(('/first', '/second'))
     watch.processes.publishers['/r/marker'] = ['/first', '/second']
     watch.wait(6.0)
@@ -207,7 +207,7 @@ def test_cloud_that_comes_no_more(watch: Watch) -> None:
         watch.node.send('/c/points_age', Float32(age_s))
         watch.wait(1.0 - STEP_S)
         assert watch.words('c') == words
-    watch.wait(2.0)  # the depth processor, which says the age, says nothing any more
+    watch.wait(2.0)  # the depth processor, which publishes the age, is silent from now on
     assert watch.words('c') == ''
 
 
@@ -222,7 +222,7 @@ def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) 
 
     assert told(1.5) == []
     assert set(told(2.5)) == {'no cloud comes; the points in the picture are out of date'}
-    watch.wait(10.0)  # the depth processor is gone: still no cloud comes
+    watch.wait(10.0)  # the depth processor is gone: still no cloud arrives
     count = len(told(0.1))
     assert len(told(0.1)) == count
     assert watch.node.sent('/diagnostics')[-1].status[0].message == 'all is well'
@@ -244,7 +244,7 @@ def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watc
     watch.processes.running.remove(PROCESSOR)
     watch.start()
     watch.wait(NOTICED_S)
-    assert watch.words() == ''  # it may be starting as well
+    assert watch.words() == ''  # it may just as well be starting
     watch.wait(6.0)
     assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'
     watch.processes.running.add(PROCESSOR)
@@ -253,7 +253,7 @@ def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watc
 
 
 def test_one_that_was_killed_before_the_watch_began_is_missed(watch: Watch) -> None:
-    """The master knows it, and nobody listens there."""
+    """The master knows it, but its address does not answer."""
     watch.processes.killed.add(NEVER)
     watch.wait(7.0)
     assert watch.words() == 'r: variable_proc stopped; never started'
@@ -278,7 +278,7 @@ def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -
 def test_after_it_was_held_up_itself_nobody_is_said_to_be_silent(watch: Watch) -> None:
     watch.processes.hanging.add(PROCESSOR)
     for _ in range(5):
-        watch.node.advance(20.0)  # the process stood still, or the master held it up
+        watch.node.advance(20.0)  # the process was suspended, or the master blocked it
         watch.wait(STEP_S)
         assert watch.words() == ''
     watch.wait(NOTICED_S)
@@ -290,7 +290,7 @@ def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
     watch.processes.running.remove(PROCESSOR)
     watch.wait(NOTICED_S)
     assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'  # nobody listens
-    watch.processes.running.add(PROCESSOR)  # at another address, which nobody can tell
+    watch.processes.running.add(PROCESSOR)  # at another, unknown address
     watch.wait(10.0)
     assert watch.words() == 'r: robot_proc stopped; no arrows or numbers'
     watch.processes.is_master_there = True
@@ -300,7 +300,7 @@ def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
 
 @pytest.mark.parametrize('seen', [5, 'r', {'r': 1}, [['a'], 5]])
 def test_what_others_wrote_into_its_memory_does_not_end_it(seen: object) -> None:
-    """It is started again when it has ended, and would end again."""
+    """It is restarted after it ends, and would end again."""
     watch = Watch()
     watch.processes.parameters['/scene_watch/seen'] = seen
     watch.start()

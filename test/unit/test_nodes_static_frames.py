@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Static transforms of the cell reach each part of a robot processor, whoever sends them."""
+"""Static transforms of the cell reach each part of a robot processor, from any sender."""
 from __future__ import annotations
 
 from typing import List
@@ -22,7 +22,7 @@ def transform(child: str, x: float, stamp_s: float = 0.0, parent: str = 'base') 
 
 
 class Follower:
-    """Remembers what it was given: child frames and their x."""
+    """Received transforms: child frames and their x."""
 
     def __init__(self) -> None:
         self.calls: List[List['tuple[str, float]']] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The time that a velocity is told with is that of the position to which it belongs."""
+"""The stamp of a velocity is that of the position to which it belongs."""
 from __future__ import annotations
 
 from typing import Any
@@ -17,7 +17,7 @@ QUATERNIONS = np.tile([0.0, 0.0, 0.0, 1.0], (101, 1))
 
 
 class HeldUpRecording:
-    """A recording of which the reader is held up whenever it has found the position."""
+    """Recording whose reader is delayed each time after it has found the position."""
 
     def __init__(self, node: SimulatedNode) -> None:
         self.node = node
@@ -32,7 +32,7 @@ class HeldUpRecording:
 
 
 def stamp_s(node: Any) -> float:
-    """Return the stamp [s] of the velocity when the node's clock says 1000 s."""
+    """Return the stamp [s] of the velocity when the node's clock is at 1000 s."""
     recording: Any = HeldUpRecording(node)
     twist = TwistSource(node, recording, 0.2, 0.5).twist()
     assert twist is not None

@@ -27,7 +27,7 @@ from process_visualizer.parameters.variable_parameters import VariablesParameter
 
 SPEED = {'topic': '/speed', 'frame': '/tool', 'scale': 0.5, 'label': 'v', 'unit': 'm/s'}
 TEXT_S = 0.15
-"""Within this time each text is drawn."""
+"""Maximum time until a text is drawn."""
 
 
 def read(*variables, **others):
@@ -36,7 +36,7 @@ def read(*variables, **others):
 
 
 class Odd(genpy.Message):
-    """A message of a package that is not in the workspace."""
+    """Message of a package that is not in the workspace."""
 
     _type, _md5sum, _has_header = 'odd_msgs/Odd', '0123456789abcdef0123456789abcdef', False
     _full_text = 'float32 data'
@@ -48,7 +48,7 @@ class Odd(genpy.Message):
 
 
 class Display:
-    """The node of a device d, and what RViz would know of its markers."""
+    """The node of a device d, and its markers in RViz."""
 
     def __init__(self, *variables: Dict[str, Any], **others: Any) -> None:
         self.node = SimulatedNode('/d/variable_proc')
@@ -59,7 +59,7 @@ class Display:
         self.node.send(topic, message)
 
     def wait(self, duration_s: float = TEXT_S) -> None:
-        """Let time pass, and draw what comes."""
+        """Let time pass, and draw the received markers."""
         self.node.advance(duration_s)
         arrived = self.node.sent('marker_array')
         self._markers.update({(it.ns, it.id): it for array in arrived for it in array.markers})
@@ -76,13 +76,13 @@ class Display:
         return self.text_marker(label).text.strip()
 
     def shown(self, message: Any, label: str = 'v', topic: str = '/speed') -> str:
-        """Send a message, and return the text that it becomes."""
+        """Send a message, and return the resulting text."""
         self.send(message, topic)
         self.wait()
         return self.text(label)
 
     def reports(self) -> List[DiagnosticStatus]:
-        """What it has said on /diagnostics since the last call."""
+        """The messages on /diagnostics since the last call."""
         arrays: List[DiagnosticArray] = self.node.sent('/diagnostics')
         found = [status for array in arrays for status in array.status]
         arrays.clear()
@@ -195,7 +195,7 @@ def test_two_variables_of_two_types_in_one_frame() -> None:
 def test_below_the_offset_it_points_the_other_way_and_at_it_there_is_none() -> None:
     display = Display({'axis': [0, 0, 1], 'offset': 20, 'scale': 0.01, 'unit': '°C'})
     assert display.shown(Float32(-5.0)) == 'v -5.0 °C, 25.0 below 20'
-    turn = display.arrow().pose.orientation  # x onto -z: a quarter about y
+    turn = display.arrow().pose.orientation  # x onto -z: a quarter turn about y
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0.5 ** 0.5, 0, 0.5 ** 0.5))
     assert display.arrow().scale.x == pytest.approx(0.25)
     assert display.shown(Float32(20.0)) == 'v 20.0 °C, at 20'
@@ -322,7 +322,7 @@ def test_a_value_that_is_left_from_the_live_cell_grows_old_in_paused_playback() 
         display.wait(0.1)
     assert display.text() in ('v no data for 3.0 s', 'v no data for 3.1 s')
     assert is_grey(display.arrow())
-    display.shown(Float64(0.5))  # the recording has it
+    display.shown(Float64(0.5))  # from the recording
     for _ in range(30):
         paused.stamp = display.node.now()
         display.send(paused, '/bag_player/state')
@@ -344,7 +344,7 @@ def test_jumps_of_playback_do_not_make_a_value_that_is_sent_on_change_old(is_pau
 
 
 def test_before_its_first_message_in_a_recording_a_topic_has_no_data() -> None:
-    """The number of the position before the jump stayed."""
+    """The number at the position before the jump remained."""
     display = Display({})
     display.send(played(display.node, True, 1), '/bag_player/state')
     assert display.shown(Float32(0.5)) == 'v 0.50 m/s'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Phrases that operators stumbled over stand in no text of the program and on no page."""
+"""Phrases that confused operators are in no text of the program and on no page."""
 from __future__ import annotations
 
 import ast
@@ -24,7 +24,7 @@ ODD = [
 
 
 def texts_of_python(path: Path) -> Iterator[str]:
-    """Its strings, but for docstrings."""
+    """The strings of a Python file, except docstrings."""
     tree = ast.parse(path.read_text(encoding='utf-8'))
     lone = {id(it.value) for it in ast.walk(tree) if isinstance(it, ast.Expr)}
     for it in ast.walk(tree):
@@ -33,7 +33,7 @@ def texts_of_python(path: Path) -> Iterator[str]:
 
 
 def texts(path: Path) -> Iterator[str]:
-    """What a file has that is shown to people."""
+    """The texts of a file that are shown to people."""
     if path.suffix == '.py':
         yield from texts_of_python(path)
     elif path.suffix in ('.cpp', '.hpp'):

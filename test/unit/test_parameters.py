@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What generation writes as parameters is what nodes read."""
+"""The generated parameters are those that the nodes read."""
 from __future__ import annotations
 
 from dataclasses import replace

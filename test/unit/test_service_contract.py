@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Services that other programs call: their requests have these fields, in this order."""
+"""Services for other programs: their requests have these fields, in this order."""
 from __future__ import annotations
 
 from typing import Any

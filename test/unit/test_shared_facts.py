@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What C++ and Python each have to say says the same in both."""
+"""Facts that C++ and Python both contain are the same in both."""
 from __future__ import annotations
 
 import re
@@ -28,7 +28,7 @@ SOURCES = Path(__file__).resolve().parents[2] / 'src'
 
 
 def constant(file: str, name: str) -> str:
-    """What stands between = and ; behind a name."""
+    """The text between = and ; after a name."""
     found = re.search(rf'{name}(?:\[\])? = ([^;]*);', (SOURCES / file).read_text(encoding='utf-8'))
     assert found is not None
     return found.group(1)

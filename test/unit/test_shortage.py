@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Programs that get no more memory or threads say so in a sentence, with exit code 1."""
+"""Programs that run out of memory or threads say so in a sentence, with exit code 1."""
 from __future__ import annotations
 
 import resource
@@ -24,7 +24,7 @@ with telling_shortages('cell'):
 
 
 def ended(words: List[str], memory_mib: int) -> 'subprocess.CompletedProcess[str]':
-    """Run Python with a limit of its memory."""
+    """Run Python with a memory limit."""
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (memory_mib * _MIB, memory_mib * _MIB))
 

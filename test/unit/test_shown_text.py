@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What comes from outside is shown in a terminal, and never commands it."""
+"""Text from outside is displayed in a terminal, and never controls it."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files of settings and state in whose place something else stands: it is named, none is opened."""
+"""Other file types in place of settings and state files: they are reported, and not opened."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ from process_visualizer.whole_file import MAX_SMALL_BYTES, small_file, write_sma
 
 def _huge(path: Path) -> None:
     with path.open('wb') as file:
-        file.truncate(1 << 40)  # of which nothing is on the disk
+        file.truncate(1 << 40)  # nothing of it is on the disk
 
 
 IN_ITS_PLACE: Dict[str, Callable[[Path], None]] = {
@@ -35,7 +35,7 @@ IN_ITS_PLACE: Dict[str, Callable[[Path], None]] = {
 @pytest.fixture(params=IN_ITS_PLACE)
 def put(request: pytest.FixtureRequest, tmp_path: Path,
         monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
-    """Puts something else in the place of a file; the user's folders are the test's own."""
+    """Puts something else in the place of a file; the user's folders belong to the test."""
     for variable in ('XDG_CONFIG_HOME', 'XDG_DATA_HOME', 'ROS_HOME'):
         monkeypatch.setenv(variable, str(tmp_path))
 

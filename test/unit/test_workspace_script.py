@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the demo keeps of the environment that preparing the workspace clears."""
+"""The environment that the demo keeps while preparing the workspace clears the rest."""
 from __future__ import annotations
 
 import os

@@ -24,7 +24,7 @@ class Row(NamedTuple):
 
 
 class RawType:
-    """What rosbag asks of a message class when it is given serialized bytes."""
+    """Stand-in for a message class, with the attributes that rosbag needs for serialized bytes."""
 
     _type = 'std_msgs/UInt8MultiArray'
     _md5sum = MD5SUM
@@ -33,7 +33,7 @@ class RawType:
 
 def write_bag(path: Path, rows: Iterable[Row], compression: str = 'none',
               chunk_bytes: int = 768 * 1024, caller: str = '') -> str:
-    """Write messages as they come, from a publisher that latches if it is named."""
+    """Write the messages in the given order; a named publisher latches."""
     with rosbag.Bag(str(path), 'w', compression=compression, chunk_threshold=chunk_bytes) as bag:
         for row in rows:
             bag.write(row.topic, (RawType._type, row.data, MD5SUM, RawType),
@@ -48,7 +48,7 @@ def _connection_header(topic: str, caller: str) -> Dict[str, str]:
 
 
 def content(recording: Recording) -> List[Row]:
-    """Every message of a recording in the order of its index."""
+    """All messages of a recording in index order."""
     index = recording.index
     return [Row(index.connections[int(index.connection[position])].topic,
                 int(index.time_ns[position]), bytes(recording.message(position)))
@@ -56,18 +56,18 @@ def content(recording: Recording) -> List[Row]:
 
 
 def in_time(rows: Iterable[Row]) -> List[Row]:
-    """The messages by time; those of the same time as they were written."""
+    """The messages sorted by time; messages with equal times in the order of writing."""
     return sorted(rows, key=lambda row: row.time_ns)
 
 
 def some_rows(count: int, step_ns: int = 10_000_000, size: int = 40) -> List[Row]:
-    """Messages on three topics, one every step, each with its number in its bytes."""
+    """Messages on three topics, one per step; each has its number in its bytes."""
     return [Row(f'/topic{number % 3}', 1_600_000_000_000_000_000 + number * step_ns,
                 number.to_bytes(4, 'little') + bytes(size)) for number in range(count)]
 
 
 END_NS = 4_294_967_295_999_999_999
-"""Of ROS's time."""
+"""Last time that ROS can represent."""
 _DAY_NS = 24 * 3600 * 10 ** 9
 times_ns = st.one_of(st.integers(1, 20), st.integers(1, _DAY_NS)).map(lambda it: END_NS - it)
 rows_of_messages = st.lists(

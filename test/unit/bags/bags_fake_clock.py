@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A clock for tests that stands still until it is told, or until somebody waits."""
+"""Fake clock for tests: it advances only on command or during a wait."""
 import threading
 from collections import deque
 from typing import Callable, Deque
@@ -10,7 +10,7 @@ WALL_NS = 1_800_000_000_000_000_000
 
 
 class FakeClock(Clock):
-    """Waiting takes exactly the time asked for, or runs the next of the scripted interruptions."""
+    """Clock whose waits take exactly the requested time or run the next scripted interruption."""
 
     def __init__(self) -> None:
         self.now_ns = 5_000_000_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A small encoder of random messages for tests: definitions, bytes, and where the stamps are."""
+"""Small encoder of random messages for tests: definitions, bytes and positions of the stamps."""
 from hypothesis import strategies as st
 
 PRIMITIVES = {'bool': 1, 'int8': 1, 'uint8': 1, 'byte': 1, 'char': 1, 'int16': 2, 'uint16': 2,
@@ -11,7 +11,7 @@ NOISE = ['# a comment = none', '', 'string GREETING = hello # "world" = 1', 'int
 
 @st.composite
 def definitions(draw):
-    """Return {type: [(type, array, name)]}; the first is the message, all others are used."""
+    """Return {type: [(type, array, name)]}; the first is the message, which uses all others."""
     count = draw(st.integers(1, 4))
     types = {f'pkg{index}/Type{index}': [] for index in range(count)}
     names = list(types)
@@ -58,7 +58,7 @@ def encode(draw, types, kind, data, stamps):
 
 @st.composite
 def messages(draw):
-    """Return a type name, its definition, a message's bytes, and the offsets of the stamps."""
+    """Return a type name, its definition, the bytes of a message and the offsets of its stamps."""
     types = draw(definitions())
     name, data, stamps = next(iter(types)), bytearray(), []
     encode(draw, types, name, data, stamps)

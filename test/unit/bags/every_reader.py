@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All that the program does with a bag that it is given."""
+"""Everything that the program does with a bag."""
 from __future__ import annotations
 
 import contextlib
@@ -26,10 +26,10 @@ from process_visualizer.playback.playback_event import EventMaker
 
 
 def read_all(path: Path, its_devices: Tuple[Device, ...]) -> List[str]:
-    """Do with a bag all that there is; return the project's own errors.
+    """Do everything with a bag; return the project's own errors.
 
     Raises:
-        Exception: any other; that is what is looked for.
+    Exception: any other error, which is what the tests look for.
     """
     errors = []
     for read in (_read_messages, _read_events, _report, _catalog,
@@ -80,7 +80,7 @@ def _report(path: str) -> None:
         read_marks(recording)
         configuration = recorded_configuration(recording)
     if configuration is not None:
-        # a file system does not have every name
+        # file systems do not accept every name
         with tempfile.TemporaryDirectory() as folder, contextlib.suppress(OSError):
             write_configuration(configuration, folder)
 

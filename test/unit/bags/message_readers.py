@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages of many types, and everything in this package that reads such messages as bytes."""
+"""Messages of many types, and all code of this package that reads such messages as bytes."""
 from __future__ import annotations
 
 from io import BytesIO
@@ -38,7 +38,7 @@ def serialized(message: Any) -> bytes:
 
 
 def readers(message: Any) -> Dict[str, Callable[[bytes], Any]]:
-    """Return what reads messages of this one's type, by a short name."""
+    """Return the readers for this message's type, by a short name."""
     kind, definition = message._type, message._full_text
     connection = Connection('/a', kind, message._md5sum, definition, False, '/n')
     locator = StampLocator(kind, definition)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small bags of every kind, damaged at random; what is done with a damage is told by its number.
+"""Small bags of every kind, damaged at random; the number of a bag determines its damage.
 
-As a program it goes through many: `python3 mutated_bags.py FIRST COUNT`.
+As a program it tests many: `python3 mutated_bags.py FIRST COUNT`.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MIN_BYTES = 100
 
 
 class Damaged(NamedTuple):
-    """A damaged bag: its bytes, and what was done to it."""
+    """Damaged bag: its bytes and the kind of damage."""
 
     data: bytes
     story: str
@@ -65,7 +65,7 @@ def change_bit(chance: random.Random, data: bytes) -> bytes:
 
 
 def change_number(chance: random.Random, data: bytes) -> bytes:
-    """Change four bytes, as of a length, a count or an offset, anywhere."""
+    """Change four bytes anywhere, as of a length, a count or an offset."""
     return _with_number(chance, data, _place(chance, data))
 
 
@@ -76,13 +76,13 @@ def change_length(chance: random.Random, data: bytes) -> bytes:
 
 
 def change_field(chance: random.Random, data: bytes) -> bytes:
-    """Change the value of a field of a record outside of the chunks."""
+    """Change the value of a field of a record outside the chunks."""
     places = [data.find(b'=', begin, record.end) + 1 for record, begin in _records(data)[1:]]
     return _with_number(chance, data, chance.choice(places)) if places else data
 
 
 def change_content(chance: random.Random, data: bytes) -> bytes:
-    """Change something inside a chunk, and compress it again where it was."""
+    """Change something inside a chunk and compress it again in the same position."""
     chunks = [found for found in _records(data) if found[0].fields.get(b'op') == bytes([OP_CHUNK])]
     if not chunks:
         return data
@@ -91,7 +91,7 @@ def change_content(chance: random.Random, data: bytes) -> bytes:
     try:
         content = unpack(bytes(record.data))
     except (OSError, RuntimeError, ValueError, EOFError):
-        return data  # damaged already
+        return data  # already damaged
     content = chance.choice((change_bytes, change_bit, change_number, change_text))(chance, content)
     packed = pack(content)
     begin = record.end - len(record.data)
@@ -99,7 +99,7 @@ def change_content(chance: random.Random, data: bytes) -> bytes:
 
 
 def change_text(chance: random.Random, data: bytes) -> bytes:
-    """Change a text inside a record: of a definition, of JSON, of a name."""
+    """Change a text inside a record: in a definition, in JSON or in a name."""
     words = (b'uint32', b'float64', b'Header', b'MSG:', b'std_msgs/', b'time', b'"topics"',
              b'"time"', b'-0.5', b'"file"', b'position', b'[]', b'\n', b'=====', b'/tf',
              b'sensor_msgs', b'md5sum')
@@ -111,30 +111,30 @@ def change_text(chance: random.Random, data: bytes) -> bytes:
         return data
     other = chance.choice(others)
     if chance.random() < 0.7:
-        other = other[:len(word)].ljust(len(word), b' ')  # so that all else stays in its place
+        other = other[:len(word)].ljust(len(word), b' ')  # keeps the length, and so all positions
     return data[:at] + other + data[at + len(word):]
 
 
 def cut_off(chance: random.Random, data: bytes) -> bytes:
-    """Cut the end off."""
+    """Cut off the end."""
     return data[:_place(chance, data)]
 
 
 def take_out(chance: random.Random, data: bytes) -> bytes:
-    """Take a part out."""
+    """Remove a part."""
     at = _place(chance, data)
     return data[:at] + data[at + chance.choice((1, 4, 100, 5000)):]
 
 
 def put_in(chance: random.Random, data: bytes) -> bytes:
-    """Put bytes in."""
+    """Insert bytes."""
     at = _place(chance, data)
     count = chance.choice((1, 4, 100))
     return data[:at] + bytes(chance.randrange(256) for _ in range(count)) + data[at:]
 
 
 def swap_records(chance: random.Random, data: bytes) -> bytes:
-    """Let two records behind the header of the bag change places."""
+    """Swap two records after the bag header."""
     places = [(begin, record.end) for record, begin in _records(data)[1:]]
     if len(places) < 2:
         return data
@@ -143,7 +143,7 @@ def swap_records(chance: random.Random, data: bytes) -> bytes:
 
 
 def repeat_record(chance: random.Random, data: bytes) -> bytes:
-    """Let a record stand there twice."""
+    """Duplicate a record."""
     places = [(begin, record.end) for record, begin in _records(data)[1:]]
     begin, end = chance.choice(places) if places else (0, 0)
     return data[:end] + data[begin:]
@@ -158,7 +158,7 @@ _PACKERS: Dict[bytes, Tuple[Callable[[bytes], bytes], Callable[[bytes], bytes]]]
 
 
 def _records(data: bytes) -> List[Tuple[Record, int]]:
-    """The records of a bag, and where each begins; up to the first that is damaged."""
+    """The records of a bag and their positions, up to the first damaged one."""
     found, at, view = [], len(MAGIC), memoryview(data)
     while at < len(data):
         try:
@@ -171,7 +171,7 @@ def _records(data: bytes) -> List[Tuple[Record, int]]:
 
 
 def _lengths(data: bytes, record: Record, begin: int) -> List[int]:
-    """Where the lengths of a record are: of its header, its fields, its data."""
+    """Positions of the lengths in a record: of its header, its fields and its data."""
     header_end = begin + 4 + int.from_bytes(data[begin:begin + 4], 'little')
     found, at = [begin, header_end], begin + 4
     while at < header_end:
@@ -187,14 +187,14 @@ def _with_number(chance: random.Random, data: bytes, place: int) -> bytes:
 
 
 def _place(chance: random.Random, data: bytes) -> int:
-    """A place outside of the filling behind the header of the bag, which nothing reads."""
+    """A position outside the padding after the bag header, which nothing reads."""
     if len(data) < 4200 or chance.random() < 0.05:
         return chance.randrange(max(1, min(len(data), 120)))
     return chance.randrange(4100, len(data))
 
 
 def main(first: int, count: int) -> None:
-    """Read so many damaged bags; print what raises something else or takes long."""
+    """Read this many damaged bags; print those that raise other errors or take long."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         bags, its_devices = whole_bags(folder), devices(folder)
@@ -206,7 +206,7 @@ def main(first: int, count: int) -> None:
             begin_s = time.process_time()
             try:
                 refused += bool(read_all(path, its_devices))
-            except Exception as error:  # what is looked for
+            except Exception as error:  # this is what the program looks for
                 failed += 1
                 print(number, bag.story, repr(error)[:300], _where(error), flush=True)
             if time.process_time() - begin_s > 2.0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A stage for playback without ROS: a recording in memory, a scripted clock, and a viewer."""
+"""A stage for playback without ROS: a recording in memory, a scripted clock and a viewer."""
 from __future__ import annotations
 
 import io
@@ -39,17 +39,17 @@ CONNECTIONS = (
     NUMBERED._replace(topic='/picture', type='sensor_msgs/Image'),
 )
 LATCHED, STATIC, MARKERS, PATH, OTHER_STATIC, PICTURE = 2, 4, 5, 6, 7, 8
-LARGE = (1, 3, PATH)  # one of two latched ones among them
+LARGE = (1, 3, PATH)  # includes one of two latched messages
 SOURCES = (0, 1, 2, 3, 4, 5, 6, 4, 8)
-MOMENT_MS = 200  # what comes first so soon is there from the beginning
+MOMENT_MS = 200  # messages this early are in the scene from the beginning
 
 
 class Message(NamedTuple):
-    """A message of the recording: its connection's number, time and stamp [ms from the start]."""
+    """Message of the recording: connection number, time and stamp [ms from the start]."""
 
     connection: int
     time_ms: int
-    stamp_ms: int = -1  # below 0: its time
+    stamp_ms: int = -1  # below 0: same as its time
 
     @property
     def stamp_ns(self) -> int:
@@ -63,7 +63,7 @@ class Message(NamedTuple):
 
 
 class MemoryRecording:
-    """As much of a Recording as playback needs; the number in a message is its position."""
+    """The parts of Recording that playback needs; the number in a message is its position."""
 
     gaps = ()
 
@@ -120,17 +120,17 @@ def serialized(message: object) -> bytes:
 
 
 class ScriptedClock(FakeClock):
-    """Does what is scripted at its times [ns]; when nothing is left to wait for, it is the end."""
+    """Clock that runs scripted actions at their times [ns], and ends when nothing is left to do."""
 
     def __init__(self) -> None:
         super().__init__()
         self.begin_ns = self.now_ns
         self._script: List[Tuple[int, int, Callable[[], object]]] = []
         self.at_end: Callable[[], object] = lambda: None
-        self.on_time: Callable[[], object] = lambda: None  # called when it is later than before
+        self.on_time: Callable[[], object] = lambda: None  # called whenever time has advanced
 
     def at(self, time_ms: int, action: Callable[[], object]) -> None:
-        """Do something at a time from the beginning."""
+        """Run an action at a time from the beginning."""
         self._script.append((self.begin_ns + time_ms * MS, len(self._script), action))
         self._script.sort(key=lambda it: it[:2])
 
@@ -148,7 +148,7 @@ class ScriptedClock(FakeClock):
 
 
 class Shown(NamedTuple):
-    """A message that was published: connection, bytes, and when [monotonic ns]; or withdrawn."""
+    """Published message: connection, bytes and time [monotonic ns]; or withdrawn."""
 
     connection: int
     data: bytes
@@ -168,11 +168,12 @@ class Shown(NamedTuple):
 
 
 class Viewer:
-    """What somebody sees who receives everything at its time; publishing takes ``work_ns``.
+    """Viewer that receives every message when due; publishing takes ``work_ns``.
 
-    It sends as the real sender does. Messages of the connections LARGE are begun ``begun_ns``
-    before they are due, once those before them on their topic have gone, and cannot be taken back
-    any more; nor can those given at once. So it is for what was given before these.
+    Sends as the real sender does. Messages of the connections LARGE are started ``begun_ns`` before
+    they are due, once the earlier messages on their topic have been sent, and can then no longer be
+    withdrawn. The same holds for messages that are sent at once, and for all messages given
+    earlier.
     """
 
     def __init__(self, clock: ScriptedClock) -> None:
@@ -186,13 +187,13 @@ class Viewer:
         self.seen: Dict[int, int] = {}  # by connection: position of the message
         self.newest: Dict[str, int] = {}  # by topic
         self.path: List[int] = []
-        self.latched: Dict[int, bytes] = {}  # by source, for who subscribes later, in this order
+        self.latched: Dict[int, bytes] = {}  # by source, in this order, for later subscribers
         self.markers: List[str] = []  # their namespaces
         self.static: Dict[str, float] = {}
         self.begun_ns = 0
         self.restored_stamps: RestoredStamps = ()
         self._scheduled: List[Shown] = []
-        self._kept_until_ns = 0  # what is due until then is not taken back
+        self._kept_until_ns = 0  # messages due until then are not withdrawn
         clock.on_time = self.receive
 
     def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
@@ -215,7 +216,7 @@ class Viewer:
 
     @property
     def waiting(self) -> int:
-        """How many messages are not due yet."""
+        """The number of messages that are not due yet."""
         return len(self._scheduled)
 
     def revoke(self, after_ns: int) -> int:
@@ -237,7 +238,7 @@ class Viewer:
                 topics_waiting.add(topic)
 
     def receive(self) -> None:
-        """See what has become due."""
+        """Receive the messages that have become due."""
         while self._scheduled and self._scheduled[0].now_ns <= self._clock.now_ns:
             self._see(self._scheduled.pop(0))
 
@@ -275,7 +276,7 @@ class Viewer:
 
 
 class Stage:
-    """A recording that is played to a viewer, in fake time."""
+    """A recording that is played to a viewer in fake time."""
 
     def __init__(self, messages: Sequence[Message], restamp: bool = True,
                  lead_bytes: int = 32 << 20, end_ms: Optional[int] = None,
@@ -303,5 +304,5 @@ class Stage:
         self.playback.run()
 
     def numbers(self) -> List[int]:
-        """Positions of the numbered messages in the order in which they were published."""
+        """Positions of the numbered messages in the order of publishing."""
         return [it.number for it in self.viewer.log if it.connection < STATIC]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What has to be seen at a time, found by going through a recording from its beginning."""
+"""The expected scene at a time, found by scanning a recording from its beginning."""
 from __future__ import annotations
 
 from typing import Dict, List, Sequence
@@ -21,7 +21,7 @@ from playback_stage import (
 
 
 def shown_positions(messages: Sequence[Message], count: int) -> Dict[int, int]:
-    """The newest message of each source after some, or a topic's first where that comes soon."""
+    """The newest message of each source after some messages, or its topic's first if it is soon."""
     newest = {SOURCES[it.connection]: position for position, it in enumerate(messages[:count])}
     present = {CONNECTIONS[source].topic for source in newest}
     for position, it in enumerate(messages):
@@ -33,16 +33,17 @@ def shown_positions(messages: Sequence[Message], count: int) -> Dict[int, int]:
 
 
 def static_positions(messages: Sequence[Message], count: int) -> Dict[str, float]:
-    """The frames of all static transforms up to a number of messages, or soon."""
+    """The frames of all static transforms up to a number of messages, or soon after."""
     return {f'frame{position % 3}': position for position, it in enumerate(messages)
             if SOURCES[it.connection] == STATIC
             and (position < count or it.time_ms <= messages[0].time_ms + MOMENT_MS)}
 
 
 def check_seen(stage: Stage, count: int) -> None:
-    """Compare what is seen, and what later subscribers get, with the scene after some messages.
+    """Compare the viewer's scene, and later subscribers', with the scene after some messages.
 
-    Numbers of a topic that has nothing yet cannot be taken away from who has seen them.
+    Numbers of a topic without a message so far cannot be taken back from a viewer that received
+    them.
     """
     shown, viewer = shown_positions(stage.messages, count), stage.viewer
     numbers = {source: it for source, it in shown.items() if source < STATIC or source == PICTURE}
@@ -59,7 +60,7 @@ def check_seen(stage: Stage, count: int) -> None:
 
 
 def check_latched(stage: Stage, shown: Dict[int, int], static: Dict[str, float]) -> None:
-    """Compare what a later subscriber gets with the scene: that, in its order, and no more."""
+    """Compare a later subscriber's messages with the scene: the same ones in its order, no more."""
     latched = dict(stage.viewer.latched)
     assert static_in(latched.pop(STATIC, bytes(4))) == static
     assert [number_in(data) for data in latched.values()] == sorted(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small bags of every kind: compressed or not, in one chunk or many, with an index or without."""
+"""Small bags of every kind: compressed or not, in one chunk or many, with or without an index."""
 from __future__ import annotations
 
 import json
@@ -39,7 +39,7 @@ def devices(folder: Path) -> Tuple[Device, ...]:
 
 
 def whole_bags(folder: Path) -> Dict[str, bytes]:
-    """Bags without a damage, by what they are."""
+    """Undamaged bags by their kind."""
     bags = {}
     for compression in ('none', 'bz2', 'lz4'):
         for chunk_bytes in (_SMALL_CHUNK_BYTES, 1 << 20):
@@ -56,7 +56,7 @@ def whole_bags(folder: Path) -> Dict[str, bytes]:
 
 
 def without_index(data: bytes) -> bytes:
-    """A bag as a recorder leaves it that was killed."""
+    """A bag as a killed recorder leaves it."""
     at = data.index(b'index_pos=') + len(b'index_pos=')
     end = int.from_bytes(data[at:at + 8], 'little')
     return data[:at] + bytes(8) + data[at + 8:end]
@@ -67,7 +67,7 @@ def _time(time_s: float) -> Time:
 
 
 def _messages() -> Iterator[Tuple[str, Any, float, Dict[str, str]]]:
-    """Topic, message, time, and what its publisher said beside the usual."""
+    """Topic, message, time and additional connection header fields of the publisher."""
     configuration = {'file': '/c/cell.xml', 'files': {'/c/cell.xml': CELL}, 'arguments': {'a': '1'}}
     latched = {'latching': '1', 'callerid': '/node'}
     yield CONFIGURATION, String(json.dumps(configuration)), 0.0, dict(latched)

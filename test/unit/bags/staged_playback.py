@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the tests of playback share: recordings and steps to try, and what is to be seen."""
+"""Shared helpers of the playback tests: recordings, steps and the expected scene."""
 from __future__ import annotations
 
 from hypothesis import strategies as st
@@ -23,13 +23,13 @@ steps = st.lists(st.builds(Step, st.integers(-3, 3), st.sampled_from(['', '/a', 
 
 
 def check_scene(stage: Stage) -> None:
-    """Compare what is seen with a scan up to the position."""
+    """Compare the viewer's scene with a scan up to the position."""
     position_ns = stage.timeline.position_ns()
     check_seen(stage, sum(message.time_ns <= position_ns for message in stage.messages))
 
 
 def check_scene_passed(stage: Stage) -> None:
-    """Compare what is seen with a scan; of messages with the time of the position, some count."""
+    """Compare the viewer's scene with a scan; some of the messages at the position's time count."""
     position_ns = stage.timeline.position_ns()
     before = sum(message.time_ns < position_ns for message in stage.messages)
     until = sum(message.time_ns <= position_ns for message in stage.messages)
@@ -38,5 +38,5 @@ def check_scene_passed(stage: Stage) -> None:
 
 
 def queued(stage: Stage, step: Step) -> None:
-    """Ask for a step from the thread that performs it, which must not wait for the answer."""
+    """Request a step from the thread that performs it, which must not wait for the answer."""
     stage.playback.request(step)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a recording holds, and how that fits the devices of a configuration."""
+"""The contents of a recording, and how they match the devices of a configuration."""
 from __future__ import annotations
 
 import json

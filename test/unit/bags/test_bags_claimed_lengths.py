@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Short messages that claim long arrays: no reader makes room for what is not there."""
+"""Short messages that claim long arrays: no reader allocates memory for missing data."""
 from __future__ import annotations
 
 import struct
@@ -11,11 +11,11 @@ from message_readers import MESSAGES, readers, serialized
 
 _CLAIMED = (0x0fffffff, 0xffffffff)
 _MAX_BYTES = 2_000_000
-"""That reading one may take; each claims a gigabyte at least."""
+"""Limit for reading one message; each claims at least a gigabyte."""
 
 
 def _claiming(data: bytes) -> Iterator[bytes]:
-    """The message with a claim in each place, whole and cut off there."""
+    """The message with a false length at each position, complete and truncated there."""
     for place in range(0, len(data) - 3):
         for claimed in _CLAIMED:
             changed = data[:place] + struct.pack('<I', claimed)
@@ -32,7 +32,7 @@ def test_no_claim_takes_memory(message: Any) -> None:
             for changed in _claiming(data):
                 try:
                     read(changed)
-                except Exception as error:  # which one, is tested with each reader
+                except Exception as error:  # which error is tested with each reader
                     assert not isinstance(error, (MemoryError, RecursionError)), name
             peak_bytes = tracemalloc.get_traced_memory()[1]
         finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `rosbag play` does at empty parts and at some messages, and steps at the ends."""
+"""`rosbag play` behavior at empty parts and at some messages; steps at the ends."""
 from __future__ import annotations
 
 from typing import Callable, List
@@ -16,7 +16,7 @@ MOSTLY_EMPTY = [Message(0, 0), Message(0, 100), Message(1, 5000), Message(0, 510
 
 
 def seen_ms(stage: Stage) -> List[int]:
-    """When the messages came, from the beginning."""
+    """Arrival times of the messages from the beginning."""
     return [round((it.now_ns - stage.clock.begin_ns) / MS) for it in stage.viewer.log]
 
 
@@ -83,7 +83,7 @@ def test_it_waits_for_a_node_that_has_not_come_so_far() -> None:
         stage.clock.at(time_ms, lambda: held.append(stage.timeline.state.held))
     stage.run()
     assert held == [True, True, False]
-    assert stage.numbers() == list(range(11))  # nothing is repeated meanwhile
+    assert stage.numbers() == list(range(11))  # nothing is repeated in the meantime
     assert seen_ms(stage) == [0, 100, 200, 300, *range(2100, 2800, 100)]
 
 

@@ -30,7 +30,7 @@ BEGIN_S = 1_600_000_000
 
 
 class Row(NamedTuple):
-    """A message to be recorded: topic, time [s from the beginning], content."""
+    """Message to be recorded: topic, time [s from the beginning], content."""
 
     topic: str
     time_s: float
@@ -69,7 +69,7 @@ ROBOT = """
 
 
 def robot_rows(length_s: float = 4.0) -> List[Row]:
-    """A tool that goes round at 0.2 m/s, a force of 5 N with a short peak, images between."""
+    """A tool that circles at 0.2 m/s, a force of 5 N with a short peak, and images in between."""
     rows = []
     for number in range(int(length_s * 125)):
         time_s = number / 125
@@ -93,7 +93,7 @@ def test_speed_and_force_of_a_robot(tmp_path: Path, devices: Any, compression: s
                                                                     (0.1, 0.2, 0.3))
     assert speed.color == (0.0, 0.8, 0.1)
     assert len(speed.times_s) == len(speed.low) == len(speed.high) == 100
-    # half a window before the first and behind the last one there is no speed
+    # no speed half a window before the first and after the last one
     assert np.abs(speed.high[4:-4] - 0.2).max() < 0.002
     assert np.abs(speed.low[4:-4] - 0.2).max() < 0.002
     peak = int(np.argmax(force.high))
@@ -124,7 +124,7 @@ def test_standard_messages(tmp_path: Path, devices: Any) -> None:
         pose.header.frame_id = 'ur/link0' if number % 2 else 'longer name'
         pose.pose.position.z = 0.3 * time_s
         wrench.wrench.force.x, wrench.wrench.force.y = 3.0, -4.0
-        late_s = time_s + (0.0 if number % 10 else 0.009)  # the stamps tell
+        late_s = time_s + (0.0 if number % 10 else 0.009)  # only the stamps are right
         rows += [Row('/tcf', late_s, pose), Row('/ft', time_s, wrench)]
     speed, force = read_curves([write(tmp_path / 'a.bag', rows)], devices(ROBOT), columns=10)
     assert speed.high == pytest.approx(0.3, rel=1e-4)
@@ -148,7 +148,7 @@ def test_a_tool_from_tf(tmp_path: Path, devices: Any) -> None:
 
 
 def tf_rows(child: str) -> List[Row]:
-    """A tool that goes at 0.1 m/s, from tf."""
+    """A tool that moves at 0.1 m/s, from tf."""
     rows = []
     for number in range(200):
         transform = TransformStamped(child_frame_id=child)
@@ -160,7 +160,7 @@ def tf_rows(child: str) -> List[Row]:
 
 
 def test_a_publisher_without_usable_numbers_does_no_harm(tmp_path: Path, devices: Any) -> None:
-    """Each publisher of a topic has a connection of its own; one of these has another frame."""
+    """Each publisher of a topic has its own connection; one of them uses another frame."""
     cell = devices(ROBOT + '<device type="robot" name="r2"><base frame="r2/link0"/><topic '
                    'name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage"/></device>')
     path = write(tmp_path / 'a.bag', robot_rows(2.0) + tf_rows('r2/tool'))
@@ -262,9 +262,9 @@ FEED = """<device type="other" name="machine"><topic name="feed"/>
 
 
 @pytest.mark.parametrize(('sent_s', 'known_until_s'), [
-    ([0.0, 1.0, 2.0, 3.0], 6.0),  # once a second: as in the scene, until three are missing
+    ([0.0, 1.0, 2.0, 3.0], 6.0),  # once a second: valid until three are missing, as in the scene
     ([0.0, 0.3, 4.0], 10.0),  # on change
-    (np.arange(0.05, 5.0, 0.1), 5.2),  # at a rate
+    (np.arange(0.05, 5.0, 0.1), 5.2),  # at a fixed rate
 ])
 def test_between_messages_the_value_of_a_variable_holds(
         tmp_path: Path, devices: Any, sent_s: Sequence[float], known_until_s: float) -> None:
@@ -280,7 +280,7 @@ def test_between_messages_the_value_of_a_variable_holds(
 @pytest.mark.parametrize('end_s', [9.0, 16.0])
 def test_in_a_hole_of_the_recording_no_value_holds(tmp_path: Path, devices: Any,
                                                    end_s: float) -> None:
-    """However long the hole is, and whatever the value: one that is sent on change, too."""
+    """This holds for any length of the gap and any value, including one that is sent on change."""
     all_s = [it for it in np.arange(0.05, 20.0, 0.1) if not 4.2 < it < end_s]
     for name, sent_s in (('rate', all_s), ('change', [0.05])):
         path = write(tmp_path / f'{name}.bag', [
@@ -334,7 +334,7 @@ def test_several_files_are_one_recording(tmp_path: Path, devices: Any) -> None:
 @pytest.mark.parametrize('duration_s, columns', [
     (0.0, 1500), (30.0, 1500), (600.0, 12_000), (3600.0, 72_000), (36_000.0, 72_000)])
 def test_long_recordings_have_more_columns(duration_s: float, columns: int) -> None:
-    """Twenty for each second of an hour, to look closely at."""
+    """Twenty columns for each second of an hour, for zooming in."""
     assert columns_for(duration_s) == columns
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A span of a recording is a bag of its own, which other readers of bags read too."""
+"""A part of a recording becomes a bag of its own, which other bag readers can read too."""
 from __future__ import annotations
 
 import os
@@ -45,7 +45,7 @@ def test_every_message_of_the_span_is_there_and_no_other(
     wanted = [it for it in in_time(rows) if span.begin_ns <= it.time_ns <= span.end_ns]
     path = str(folder / 'part.bag')
     with Recording([write_bag(folder / 'a.bag', rows, source, 300)]) as recording:
-        assume(len(recording.index) == len(rows))  # none with a time that cannot be
+        assume(len(recording.index) == len(rows))  # no message with an impossible time
         done = cut(recording, span, path, compression=compression)
     assert (done.message_count, done.held_count, done.lost_count) == (len(wanted), 0, 0)
     with Recording([path]) as part:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files that are no bags, damaged, cut off or changed while they are open."""
+"""Files that are not bags, or are damaged, truncated or changed while they are open."""
 from __future__ import annotations
 
 import bz2
@@ -35,7 +35,7 @@ from process_visualizer.bagio.reindex import reindex
 
 
 def record_places(data: bytes) -> Iterator[Tuple[int, int]]:
-    """Kind and byte of every record outside of the chunks."""
+    """Kind and byte position of every record outside the chunks."""
     at = len(MAGIC)
     while at < len(data):
         record = record_at(memoryview(data), at)
@@ -48,7 +48,7 @@ def places_of(data: bytes, kind: int) -> List[int]:
 
 
 def readable(path: str) -> Tuple[List[Row], Tuple[str, ...]]:
-    """What can be read of a bag, and what is said about the rest."""
+    """The readable content of a bag, and the remarks about the rest."""
     rows = []
     with Recording([path]) as recording:
         index = recording.index
@@ -120,7 +120,7 @@ def test_recording_needs_a_file() -> None:
 
 @pytest.mark.parametrize('compression', ['none', 'bz2', 'lz4'])
 def test_bag_cut_off_anywhere_says_so(tmp_path: Path, compression: str) -> None:
-    """Each end of a record, the bytes around it, and bytes anywhere."""
+    """Cuts at each end of a record, at the bytes around it, and anywhere."""
     path = write_bag(tmp_path / 'a.bag', some_rows(40), compression, 500)
     data = Path(path).read_bytes()
     ends = [place for _, place in record_places(data)]
@@ -142,7 +142,7 @@ def test_changed_bytes_never_raise_anything_else(
         draw: st.DataObject) -> None:
     path = Path(write_bag(tmp_path_factory.getbasetemp() / 'a.bag', rows, compression, 400))
     data = bytearray(path.read_bytes())
-    # the filling behind the header of the bag is left out, since nothing reads it
+    # the padding after the bag header is left out, since nothing reads it
     places = st.one_of(st.integers(0, 120), st.integers(4109, max(4109, len(data) - 1)))
     for place in draw.draw(st.lists(places, min_size=1, max_size=8)):
         if place < len(data):
@@ -158,7 +158,7 @@ HOLE_BYTES = 400 << 20
 
 
 def with_a_hole(path: Path) -> int:
-    """Put a hole between the chunks of a bag and the list of them; return where that is now."""
+    """Insert a gap between the chunks and the chunk list of a bag; return the new list position."""
     data = path.read_bytes()
     at = data.index(b'index_pos=') + len(b'index_pos=')
     end = int.from_bytes(data[at:at + 8], 'little')
@@ -180,7 +180,7 @@ def change(path: Path, place: int, value: bytes) -> None:
 
 
 def damage_count(path: Path, summary: int) -> None:
-    """One bit in the count of the messages of the first chunk."""
+    """Change one bit in the message count of the first chunk."""
     with path.open('rb') as file:
         file.seek(summary)
         data = memoryview(file.read())
@@ -192,13 +192,13 @@ def damage_count(path: Path, summary: int) -> None:
 
 
 def damage_index_position(path: Path, summary: int) -> None:
-    """The place of the list is that of the first chunk."""
+    """Set the position of the list to that of the first chunk."""
     change(path, path.read_bytes()[:4000].index(b'index_pos=') + len(b'index_pos='),
            (len(MAGIC) + 4096).to_bytes(8, 'little'))
 
 
 def damage_chunk_length(path: Path, summary: int) -> None:
-    """A chunk goes on into the hole."""
+    """Extend a chunk into the gap."""
     with path.open('rb') as file:
         data = file.read(20_000)
     chunk = record_at(memoryview(data), len(MAGIC)).end
@@ -304,7 +304,7 @@ def test_unknown_compression_is_named(tmp_path: Path) -> None:
 
 
 def test_index_that_points_beside_a_message(tmp_path: Path) -> None:
-    """Only this message is missing, the rest of its chunk is there."""
+    """Only this message is missing; the rest of its chunk is there."""
     rows = some_rows(30)
     path = Path(write_bag(tmp_path / 'a.bag', rows))
     data = bytearray(path.read_bytes())
@@ -332,7 +332,7 @@ def test_missing_part_of_the_summary_says_that_it_is_to_be_reindexed(
 
 
 def test_definitions_are_only_text(tmp_path: Path) -> None:
-    """A definition that would be code, or no text at all, is passed on as it is."""
+    """A definition that looks like code, or is not text at all, is passed on unchanged."""
     path = Path(write_bag(tmp_path / 'a.bag', some_rows(3)))
     data = path.read_bytes().replace(b'uint8[] data', b'1/0;\xff\0exit()')
     path.write_bytes(data)
@@ -385,7 +385,7 @@ def test_chunks_that_are_listed_twice_count_once(tmp_path: Path) -> None:
 
 
 def test_index_cannot_take_more_room_than_the_file(tmp_path: Path) -> None:
-    """Chunks that all lead to the same index records do not multiply them without end."""
+    """Chunks that all point to the same index records do not multiply them without limit."""
     head, count = record_head_of_chunk(0), 400
     index = packed_record({b'op': bytes([OP_INDEX]), b'ver': u32(1), b'conn': u32(0),
                            b'count': u32(200)}, bytes(12 * 200))
@@ -413,6 +413,6 @@ def u32(value: int) -> bytes:
 
 
 def record_head_of_chunk(size: int) -> bytes:
-    """The head of a chunk of so many bytes, without them."""
+    """The record header of a chunk with this many bytes, without the bytes."""
     header = header_of({b'op': bytes([OP_CHUNK]), b'compression': b'none', b'size': u32(size)})
     return u32(len(header)) + header + u32(size)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages that leave nothing in sight, as the real types read them."""
+"""Messages that leave nothing visible, as the real types read them."""
 from __future__ import annotations
 
 from io import BytesIO

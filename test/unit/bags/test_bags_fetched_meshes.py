@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recording does not let RViz connect to anything, nor read what is no mesh."""
+"""A recording cannot make RViz connect to anything or read a file that is not a mesh."""
 from __future__ import annotations
 
 import os
@@ -82,7 +82,7 @@ def test_a_device_is_no_mesh(uri: str) -> None:
 
 
 def path_in(uri: str) -> str:
-    """The file of such an address, as it is named."""
+    """The file of such an address, by its name."""
     if uri.startswith('package://'):
         package, _, rest = uri[len('package://'):].partition('/')
         return os.path.join(rospkg.RosPack().get_path(package), rest)
@@ -97,7 +97,7 @@ def test_an_address_of_which_a_part_is_left_out(ending: str) -> None:
 
 
 def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:
-    """RViz would wait until somebody writes into it."""
+    """RViz would wait until another process writes into it."""
     os.mkfifo(tmp_path / 'a.dae')
     assert 'is not a file' in mesh_problem(f'file://{tmp_path}/a.dae')
 
@@ -108,13 +108,13 @@ def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:
     ('a.x', b'xof 0302txt 0064', False), ('a', b'Kaydara FBX', False)])
 def test_only_files_that_can_be_checked_are_shown(name: str, content: bytes, is_shown: bool,
                                                   tmp_path: Path) -> None:
-    """assimp has readers that take all memory for some bytes."""
+    """Some assimp readers use up all memory for certain bytes."""
     (tmp_path / name).write_bytes(content)
     assert (not mesh_problem(f'file://{tmp_path}/{name}')) == is_shown
 
 
 def test_a_hidden_ending_is_no_ending(tmp_path: Path) -> None:
-    """assimp chooses the format by the address as it is written."""
+    """assimp chooses the format by the address as written."""
     (tmp_path / 'a.dae').write_bytes(b'<COLLADA/>')
     assert mesh_problem(f'file://{tmp_path}/a.d%61e')
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Times during which nothing was recorded on any topic."""
+"""Times at which no topic was recorded."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -31,7 +31,7 @@ def rows(*spans_s: 'tuple[float, float]') -> List[Row]:
         'nothing was recorded 2 times, the longest time for 5.0 s from 1:30.0 on; if the recorder '
         'or its computer stood still then, messages that came just after are late',)),
     (((0.0, 12.4), (14.0, 30.0)), ()),
-    (((0.0, 0.05), (60.0, 90.0)), ())])  # latched messages, and then the drivers start
+    (((0.0, 0.05), (60.0, 90.0)), ())])  # latched messages first; the drivers start later
 def test_a_time_without_any_message_is_told(tmp_path: Path, spans: 'tuple[tuple[float, float]]',
                                             told: 'tuple[str, ...]') -> None:
     path = write_bag(tmp_path / 'a.bag', rows(*spans))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The index and the messages equal what was recorded, for every bag that rosbag can write."""
+"""Index and messages equal the recorded ones, for every bag that rosbag can write."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bags whose publishers did not send the definitions of their messages, as rosjava and others."""
+"""Bags whose publishers, such as rosjava, did not send their message definitions."""
 from __future__ import annotations
 
 from pathlib import Path

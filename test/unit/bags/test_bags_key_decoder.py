@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keys from a terminal's bytes, and what they do."""
+"""Decoding of keys from a terminal's bytes, and their actions."""
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

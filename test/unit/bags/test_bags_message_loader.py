@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages and their stamps, also of bags whose definitions are old, empty or cut off."""
+"""Messages and their stamps, also in bags with old, empty or truncated definitions."""
 from __future__ import annotations
 
 import io
@@ -50,7 +50,7 @@ def poses(count: int) -> List[bytes]:
     'float64 x', WHOLE.replace('Point position', ''), 'what is this?'])
 def test_messages_are_played_though_their_definition_is_not_whole(
         tmp_path: Path, definition: str) -> None:
-    """With the stamps that they have, as rosbag does, if their type is not installed."""
+    """They keep their stamps, as with rosbag, if their type is not installed."""
     messages = poses(5)
     bag = write(tmp_path / 'a.bag', definition, messages, 'their_msgs/PoseStamped')
     with Recording([bag]) as recording:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Damaged bags of every kind: nothing but the project's own errors, in bounded work and memory."""
+"""Damaged bags of every kind: only the project's own errors, with bounded work and memory."""
 from __future__ import annotations
 
 import resource
@@ -14,7 +14,7 @@ from small_bags import devices, whole_bags
 
 NUMBERS = range(200)
 MAX_TIMES_THE_CALLS = 2
-"""Of the whole bag that takes most."""
+"""Relative to the undamaged bag that needs the most calls."""
 MAX_MORE_BYTES = 300 << 20
 
 
@@ -24,7 +24,7 @@ def bags(tmp_path_factory: pytest.TempPathFactory) -> Dict[str, bytes]:
 
 
 def test_whole_bags_are_read(tmp_path: Path, bags: Dict[str, bytes]) -> None:
-    """Else it would prove nothing that damaged ones are refused."""
+    """Otherwise it would prove nothing that damaged ones are refused."""
     for name, data in bags.items():
         (tmp_path / 'a.bag').write_bytes(data)
         errors = read_all(tmp_path / 'a.bag', devices(tmp_path))
@@ -51,7 +51,7 @@ def test_damaged_bags_are_read_or_refused(tmp_path: Path, bags: Dict[str, bytes]
 
 
 def calls(work: Callable[[], object]) -> int:
-    """Return how many functions are called: the same number whatever else the machine does."""
+    """Return the number of function calls, which does not depend on the load of the machine."""
     profile = Profile()
     profile.runcall(work)
     return sum(entry.callcount for entry in profile.getstats())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where numbers are in messages: compared with what genpy deserializes."""
+"""Positions of numbers in messages, compared with the values that genpy deserializes."""
 from __future__ import annotations
 
 import io
@@ -149,7 +149,7 @@ def test_a_joint_is_found_by_its_names(names: List[str], positions: List[float],
 
 
 def dynamic_joints(**interfaces: Dict[str, float]) -> bytes:
-    """A control_msgs/DynamicJointState, which this machine need not have."""
+    """A control_msgs/DynamicJointState, which need not be installed on this machine."""
     data = io.BytesIO()
     Header(stamp=genpy.Time(5, 6)).serialize(data)
     data.write(text_array(interfaces) + struct.pack('<I', len(interfaces)))

@@ -28,11 +28,11 @@ from process_visualizer.playback.scene import MAX_AGE_NS, MAX_SEARCHED, MIN_SEAR
 
 PERIOD_S = 0.02
 Seen = Dict[Tuple[str, str], float]
-"""A value by topic and what it is of: the frame or the marker's namespace and id."""
+"""A value by topic and by frame, or by the marker's namespace and id."""
 
 
 class Told(NamedTuple):
-    """A message at a time [s] from a node, of some frames or markers."""
+    """Message of a node at a time [s], with some frames or markers."""
 
     time_s: float
     topic: str
@@ -53,7 +53,7 @@ def transforms(value: float, frames: Sequence[str]) -> TFMessage:
 
 
 def marker(value: float, number: int, action: int = Marker.ADD, lifetime_s: float = 0.0) -> Marker:
-    """A marker with a value; with points, colors and texts, so that the next one is found."""
+    """A marker with a value, and with points, colors and texts before the next marker."""
     result = Marker(ns='ns', id=number, type=Marker.LINE_STRIP, action=action, text='text',
                     points=[Point()] * 2, colors=[ColorRGBA()] * 2, mesh_resource='package://a')
     result.header.frame_id = 'world'
@@ -85,7 +85,7 @@ def write(path: Path, told: Sequence[Told]) -> str:
 
 
 def see(seen: Seen, topic: str, message: Any) -> None:
-    """Do with a message what RViz and tf2 do."""
+    """Process a message as RViz and tf2 do."""
     if message._type == TFMessage._type:
         for it in message.transforms:
             seen[topic, it.child_frame_id] = it.transform.translation.x
@@ -107,7 +107,7 @@ def see(seen: Seen, topic: str, message: Any) -> None:
 
 
 class Player:
-    """Events of a bag, and what is seen once they are published."""
+    """Playback events of a bag, and the viewer's scene after they are published."""
 
     def __init__(self, *paths: str) -> None:
         self.recording = Recording(paths)
@@ -126,7 +126,7 @@ class Player:
 
 @st.composite
 def tellings(draw: Any) -> List[Told]:
-    """Messages of nodes that tell of frames and markers now in one message, now in several."""
+    """Messages of nodes that send frames and markers either in one message or in several."""
     told = []
     for number in range(draw(st.integers(1, 30))):
         value, time_s = float(number), number * PERIOD_S
@@ -150,7 +150,7 @@ def tellings(draw: Any) -> List[Told]:
 
 
 def scanned(told: Sequence[Told], count: int) -> Seen:
-    """What is seen after some messages, of those before; frames also where they come soon."""
+    """The scene after some messages; it also has frames that are first sent soon after."""
     seen: Seen = {}
     for it in told[:count]:
         see(seen, it.topic, it.message)
@@ -161,7 +161,7 @@ def scanned(told: Sequence[Told], count: int) -> Seen:
 def test_a_seek_and_a_way_back_show_what_was_there(tmp_path_factory: pytest.TempPathFactory,
                                                    told: List[Told], data: Any) -> None:
     player = Player(write(tmp_path_factory.mktemp('bags') / 'a.bag', told))
-    soon = sum(it.time_s <= 0.2 for it in told)  # what comes so soon may be there from the start
+    soon = sum(it.time_s <= 0.2 for it in told)  # frames this early may be there from the start
     count = data.draw(st.integers(min(soon, len(told)), len(told)))
     seen: Seen = {}
     player.show(seen, player.events.scene(count).messages)
@@ -194,7 +194,7 @@ def test_a_joint_that_was_told_of_long_ago_is_where_it_was(tmp_path: Path) -> No
 
 
 def test_a_joint_of_another_node_that_sends_seldom_is_where_it_was(tmp_path: Path) -> None:
-    """As that of a gripper, on the same topic as the arm's driver."""
+    """For example that of a gripper, on the same topic as the arm's driver."""
     arm = [Told(number * 0.01, '/joints', '/arm', joints(float(number), ['arm']))
            for number in range(4000)]
     gripper = [Told(25.005, '/joints', '/gripper', joints(2.0, ['finger']))]
@@ -216,7 +216,7 @@ def test_what_holds_of_joints_before_a_time_is_the_newest_of_each(tmp_path: Path
     begin_ns = 1000 * 10 ** 9
     alone = Player(write(tmp_path / 'b.bag', told[:100])).events
     assert alone.held('/joints', begin_ns + 505_000_000) == [7, 50]
-    assert alone.held('/joints', begin_ns + 35_000_000) == [3]  # nothing of the torso so far
+    assert alone.held('/joints', begin_ns + 35_000_000) == [3]  # no torso joint so far
     assert alone.held('/joints', begin_ns) == []
     assert len(events.held('/whole', begin_ns + 500_000_000)) == 1
     assert events.held('/none', begin_ns) == []
@@ -235,7 +235,7 @@ def test_efforts_without_positions_replace_no_positions(tmp_path: Path) -> None:
     lambda value, name: MarkerArray([marker(value, ord(name))]),
     lambda value, name: diagnostics(value, [name])], ids=['markers', 'diagnostics'])
 def test_what_was_told_once_holds_until_it_is_told_again(tmp_path: Path, tell: Any) -> None:
-    """A marker is there until it is removed; RViz does not ask how old it is."""
+    """A marker stays until it is removed; RViz does not check its age."""
     told = [Told(number * 1.0, '/parts', '/a', tell(float(number), 'a' if number == 3 else 'b'))
             for number in range(60)]
     player = Player(write(tmp_path / 'a.bag', told))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is said of what was not played."""
+"""The summary of messages that were not played."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback as a viewer sees it, compared with a scan of the recording from its beginning."""
+"""Playback from the viewer's side, compared with a scan of the recording from its beginning."""
 from __future__ import annotations
 
 from contextlib import suppress
@@ -46,7 +46,7 @@ scripts = st.lists(st.tuples(st.integers(0, 500), commands), max_size=8)
 
 
 def obeying(action: Callable[..., object], *arguments: object) -> Callable[[], None]:
-    """An action for the script that takes a refusal."""
+    """Action for the script that accepts a refusal."""
     def act() -> None:
         with suppress(CommandRefused):
             action(*arguments)
@@ -63,7 +63,7 @@ def test_every_message_is_published_once_in_order_and_when_it_is_due(
     stage.run()
     log = [shown for shown in stage.viewer.log
            if shown.connection != MARKERS or b'\x03\x00\x00\x00' not in shown.data[28:40]]
-    log = log[:len(messages)]  # what follows is the scene once more
+    log = log[:len(messages)]  # the rest repeats the scene
     assert [shown.connection for shown in log] == [it.connection for it in stage.messages]
     first_ms = stage.messages[0].time_ms
     for shown, message in zip(log, stage.messages):
@@ -125,13 +125,13 @@ def test_commands_in_the_middle_of_others_end_in_the_scene_at_the_position(
     actions += [(0, partial(queued, stage, step)) for step in steps]
     random.shuffle(actions)
 
-    def act() -> None:  # after each message, whatever the player is doing
+    def act() -> None:  # called after each message, whatever the player is doing
         while actions and actions[0][0] == 0:
             actions.pop(0)[1]()
         if actions:
             actions[0] = (actions[0][0] - 1, actions[0][1])
         if stage.clock.now_ns > stage.clock.begin_ns + 3000 * MS:
-            stage.control.pause()  # also where it is always late and never waits
+            stage.control.pause()  # also if it is always late and never waits
 
     stage.viewer.watch = act
     stage.control.play()
@@ -204,12 +204,12 @@ def test_nothing_beyond_the_position_is_seen_when_a_pause_comes(pause_ms: int,
     stage.run()
     position_ns = stage.timeline.position_ns()
     times_ns = [stage.messages[number].time_ns for number in stage.numbers()]
-    if rate > 0.0:  # /b has nothing before its first message, which comes soon
+    if rate > 0.0:  # /b has no message so far, and its first one comes soon
         seen_ns = {time_ns for time_ns in times_ns if time_ns != stage.messages[1].time_ns}
         assert max(seen_ns) <= position_ns
         assert len(seen_ns) == stage.playback.passed - (stage.playback.passed > 1)
     else:
-        assert min(times_ns) >= position_ns - 20 * MS  # of each topic, what was visible before
+        assert min(times_ns) >= position_ns - 20 * MS  # the last visible message of each topic
 
 
 def test_a_change_of_the_rate_takes_effect_on_the_next_message() -> None:
@@ -265,7 +265,7 @@ def test_playing_at_a_loop_repeats_exactly_the_messages_within() -> None:
 
 def test_when_the_receiver_is_too_slow_all_slows_down_and_nothing_is_lost() -> None:
     stage = Stage(SECOND)
-    stage.viewer.work_ns = 20 * MS  # for messages each 10 ms
+    stage.viewer.work_ns = 20 * MS  # while messages are 10 ms apart
     rates = []
     stage.viewer.watch = lambda: rates.append(stage.timeline.achieved_rate())
     stage.control.play()
@@ -325,7 +325,7 @@ def test_only_the_newest_of_several_seeks_is_published() -> None:
 
     stage.clock.at(10, seek_often)
     stage.run()
-    assert stage.numbers()[:4] == [0, 1, 49, 50]  # at first the scene at the beginning
+    assert stage.numbers()[:4] == [0, 1, 49, 50]  # first the scene at the beginning
     assert set(stage.numbers()[4:]) == {49, 50}
     assert stage.viewer.jumps == [BEGIN_NS, BEGIN_NS + 500 * MS]
 
@@ -366,7 +366,7 @@ def test_what_plays_on_is_not_repeated() -> None:
     stage.control.play()
     stage.clock.at(300, stage.control.repeat)
     stage.run()
-    assert stage.numbers() == [*range(101), 99, 100]  # it stands at the end
+    assert stage.numbers() == [*range(101), 99, 100]  # it stops at the end
 
 
 def test_the_scene_is_repeated_once_when_it_has_been_quiet_for_a_while() -> None:

@@ -16,7 +16,7 @@ from process_visualizer.playback.timeline import CommandRefused, Timeline, Timel
 
 
 class ClosedMeanwhile(Timeline):
-    """Closes playback just before its state is read, once the first wait without an end is over."""
+    """Close playback just before its state is read, once the first wait without a limit is over."""
 
     close: Optional[Callable[[], None]] = None
     _waited = False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Steps, as a viewer sees them: by messages and in time, paused, playing and beside seeks."""
+"""Steps from the viewer's side: by messages and by time, paused, playing and next to seeks."""
 from __future__ import annotations
 
 from typing import List
@@ -47,7 +47,7 @@ def test_a_step_just_after_a_seek_begins_there(count: int, duration_ms: int,
 
 def test_a_step_while_it_plays_begins_at_the_position() -> None:
     stage = Stage([Message(number % 2, number) for number in range(301)])
-    stage.viewer.begun_ns = 8 * MS  # what is being sent belongs to later positions
+    stage.viewer.begun_ns = 8 * MS  # a message that is being sent belongs to a later position
     stage.control.play()
     answers = []
     stage.clock.at(100, lambda: answers.append(stage.playback.request(Step(1, '', 0))))
@@ -77,7 +77,7 @@ def test_steps_that_come_quickly_never_take_back_what_was_published_at_once() ->
     stage = Stage(SECOND)
     stage.viewer.begun_ns = 8 * MS
     stage.control.play()
-    stage.clock.at(103, lambda: queued(stage, Step(1, '', 0)))  # the message of 110 ms has begun
+    stage.clock.at(103, lambda: queued(stage, Step(1, '', 0)))  # the message of 110 ms has started
     for time_ms in (104, 105, 106):
         stage.clock.at(time_ms, lambda: queued(stage, Step(0, '', 20 * MS)))
     stage.run()
@@ -90,7 +90,7 @@ def test_steps_that_come_quickly_never_take_back_what_was_published_at_once() ->
     (1000, '', 101), (-1000, '', 0)])
 def test_a_step_by_messages(count: int, topic: str, expected: int) -> None:
     stage = Stage(SECOND)
-    stage.clock.at(0, lambda: stage.control.seek(0.499))  # 50 messages have passed, /b was last
+    stage.clock.at(0, lambda: stage.control.seek(0.499))  # 50 messages passed, the last on /b
     answers = []
     stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(count, topic, 0))))
     stage.run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faster and slower."""
+"""Increasing and decreasing the rate."""
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

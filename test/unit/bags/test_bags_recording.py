@@ -101,7 +101,7 @@ def _write_publishers(path: Path, publishers: Sequence[int], rows: Sequence[Row]
 
 
 def test_topic_of_several_publishers(tmp_path: Path) -> None:
-    """Connection ids need not be close together; each publisher's last message is found."""
+    """Connection ids need not be consecutive; each publisher's last message is found."""
     rows = [Row('/tf_static', 10 ** 9 * (number + 1), bytes([number])) for number in range(6)]
     path = _write_publishers(tmp_path / 'a.bag', [7, 70000, 7, 3, 70000, 7], rows)
     with Recording([path]) as recording, rosbag.Bag(path) as bag:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A bag without an index is copied with one; the original stays as it is."""
+"""A bag without an index is copied with one; the original stays unchanged."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from process_visualizer.bagio.reindex import ReindexCanceled, copy_path, reindex
 
 
 def without_index(path: str) -> Path:
-    """The bag as a recorder leaves it that was killed: no place of the index, no list of chunks."""
+    """A bag as a killed recorder leaves it: no position of the index, no list of chunks."""
     data = Path(path).read_bytes()
     at = data.index(b'index_pos=') + len(b'index_pos=')
     end = int.from_bytes(data[at:at + 8], 'little')

@@ -25,13 +25,13 @@ CONNECTIONS = (
     Connection(STATIC_TOPIC, 'tf2_msgs/TFMessage', '', '', True, '/b'),
 )
 SHARED = {0: 0, 1: 0}
-"""Connections that replace each other's messages, by the first of them."""
+"""Connections that replace each other's messages, mapped to the first of them."""
 
 numbers_of_connections = st.lists(st.integers(0, len(CONNECTIONS) - 1), max_size=60)
 
 
 def index_of(numbers: List[int]) -> BagIndex:
-    """An index with a message each millisecond, of these connections."""
+    """An index with one message per millisecond of these connections."""
     count = len(numbers)
     columns = Columns(np.arange(count, dtype=np.int64) * 1_000_000,
                       np.array(numbers, dtype=np.int16), np.zeros(count, np.int32),
@@ -41,7 +41,7 @@ def index_of(numbers: List[int]) -> BagIndex:
 
 
 def scanned(numbers: List[int], count: int) -> Tuple[List[int], List[int]]:
-    """The scene and the static messages, found by going through all messages."""
+    """The scene and the static messages, found by scanning all messages."""
     newest: Dict[int, int] = {}
     static: List[int] = []
     for position, number in enumerate(numbers[:count]):
@@ -53,7 +53,7 @@ def scanned(numbers: List[int], count: int) -> Tuple[List[int], List[int]]:
 
 
 def static_positions(scene: Scene, count: int) -> List[int]:
-    """The static messages among the first ones."""
+    """The static messages among the first messages."""
     return [int(it) for positions in scene.static_topics.values() for it in positions
             if it < count]
 

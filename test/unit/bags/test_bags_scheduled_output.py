@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was given to the output and what was taken back of it, after every sequence of both."""
+"""The messages given to the output and withdrawn from it, after any sequence of both."""
 from __future__ import annotations
 
 from typing import Dict
@@ -21,7 +21,7 @@ EVENTS = EventMaker(RECORDING.index, MessageLoader(RECORDING), RECORDING.begin_n
 
 
 class OutputMachine(RuleBasedStateMachine):
-    """Gives the recording's messages in their order, and again those that were taken back."""
+    """State machine that gives messages in recorded order, and withdrawn ones once more."""
 
     @initialize(begun_ms=st.sampled_from([0, 8]), lead=st.integers(1, 8), restamp=st.booleans())
     def begin(self, begun_ms: int, lead: int, restamp: bool) -> None:
@@ -29,14 +29,14 @@ class OutputMachine(RuleBasedStateMachine):
         self.viewer = Viewer(self.clock)
         self.viewer.begun_ns = begun_ms * MS
         mapping = StampMapping(self.clock) if restamp else None
-        self.lead = lead  # how many messages fit into what may be ahead
+        self.lead = lead  # maximum number of messages that may be ahead
         self.output = ScheduledOutput(self.viewer, self.clock, mapping,
                                       lead * EVENTS.forward(0).size, EVENTS.sensors)
         timeline = Timeline(RECORDING.begin_ns, RECORDING.end_ns, self.clock)
         timeline.play()
         self.state = timeline.state
-        self.count = 0  # of messages given and not taken back
-        self.ahead: Dict[int, int] = {}  # by position, when those are due that were not shown now
+        self.count = 0  # of messages given and not withdrawn
+        self.ahead: Dict[int, int] = {}  # by position: due times of messages that are not shown yet
         self.quiet_since_ns = 0
 
     def next_event(self) -> PlaybackEvent:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Played backwards, a picture is stamped with the time at which the robot was where it shows it."""
+"""In backward playback, an image is stamped with the time at which the robot was in its pose."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -14,14 +14,14 @@ ROBOT_MS, PICTURE_MS, END_MS = 4, 32, 1000
 
 
 def recording(age_ms: int, picture_ms: int = PICTURE_MS) -> List[Message]:
-    """A robot whose states have no delay, and pictures that are recorded when they are so old."""
+    """A robot whose states have no delay, and images that are recorded at this age."""
     pictures = range(0, END_MS - age_ms, picture_ms)
     return [*(Message(ROBOT, time_ms) for time_ms in range(0, END_MS, ROBOT_MS)),
             *(Message(PICTURE, stamp_ms + age_ms, stamp_ms) for stamp_ms in pictures)]
 
 
 class Walk:
-    """A recording played backwards from its end, until it is paused at a time of it."""
+    """A recording that is played backward from its end until it is paused at one of its times."""
 
     def __init__(self, messages: List[Message], rate: float = 1.0, stop_ms: int = 0) -> None:
         self.stage = Stage(messages)
@@ -35,22 +35,22 @@ class Walk:
         self._until_ns = self.stage.clock.begin_ns + pause_ms * MS
 
     def shown(self, connection: int) -> List[Tuple[Shown, Message]]:
-        """What was published of a connection after the first scene and before the pause."""
+        """The published messages of a connection between the first scene and the pause."""
         return [(it, self.stage.messages[it.number]) for it in self.stage.viewer.log
                 if it.connection == connection
                 and self.stage.clock.begin_ns < it.now_ns < self._until_ns]
 
     def wall_ns(self, shown: Shown) -> int:
-        """When it was published."""
+        """The time of publishing."""
         return shown.now_ns + self.stage.clock.wall_offset_ns
 
     def place_ms(self, shown: Shown) -> float:
-        """The position in the recording when something was published."""
+        """The position in the recording at the time of publishing."""
         return self._end_ms - (shown.now_ns - self.stage.clock.begin_ns) / MS * self._rate
 
 
 def robot_ms_at(walk: Walk, wall_ns: int) -> float:
-    """Which place of the recording [ms] the robot had come to at a wall time, as received."""
+    """The recorded time [ms] of the robot state that was received last at a wall time."""
     return next(float(message.time_ms) for shown, message in reversed(walk.shown(ROBOT))
                 if walk.wall_ns(shown) <= wall_ns)
 
@@ -101,7 +101,7 @@ def test_at_rest_the_last_picture_recorded_is_seen(seek_ms: int, stamp_ms: int) 
 def test_at_the_beginning_of_the_recording_the_first_picture_is_seen_backwards_too() -> None:
     stage = Stage([Message(PICTURE, 0, 0), Message(PICTURE, 1, 1)])
     stage.clock.at(10, lambda: stage.control.seek(0.001))
-    stage.clock.at(500, lambda: stage.control.set_rate(-0.1))  # it has long been quiet
+    stage.clock.at(500, lambda: stage.control.set_rate(-0.1))  # it has been idle for a long time
     stage.clock.at(900, stage.control.play)
     stage.run()
     assert stage.timeline.position_ns() == stage.timeline.state.begin_ns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which scene was published, after every sequence of messages passed, taken back and jumps."""
+"""The published scene after any sequence of passed messages, withdrawn messages and seeks."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,7 +23,7 @@ PLAYING = replace(AT_10, paused=False)
 
 @pytest.mark.parametrize('state, expected', [
     (AT_10, ShownScene(4, 3, AT_10.bag_ns)),
-    (PLAYING, ShownScene(1, 3)),  # those of just that time are played then
+    (PLAYING, ShownScene(1, 3)),  # messages at exactly this time are played afterward
     (replace(PLAYING, rate=-1.0), ShownScene(4, 3)),
 ])
 def test_after_a_jump(state: TimelineState, expected: ShownScene) -> None:
@@ -51,7 +51,7 @@ def test_what_moves_stands_nowhere() -> None:
 @given(st.integers(0, COUNT), st.lists(st.tuples(st.booleans(), st.integers(0, 3))))
 def test_what_is_passed_and_taken_back_leads_to_where_it_was(
         passed: int, plays: List[Tuple[bool, int]]) -> None:
-    """A play is in a direction; then so many of the messages passed are taken back."""
+    """Each play has a direction; afterward a number of the passed messages is withdrawn."""
     shown = ShownScene(passed, 3)
     trail: List[Tuple[ShownScene, int, int]] = []
     for forward, taken_back in plays:

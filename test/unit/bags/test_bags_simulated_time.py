@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The time that is told on /clock."""
+"""The time on /clock."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -39,7 +39,7 @@ def test_a_jump_back_is_told_once() -> None:
     assert simulated.at(BASIS, 900) == (900, False)
     assert simulated.at(jumped, 300) == (300, True)
     assert simulated.at(jumped, 325) == (325, False)
-    assert simulated.at(jumped, 300) == (325, False)  # it slipped: the clock waits
+    assert simulated.at(jumped, 300) == (325, False)  # playback slipped: the clock waits
     assert simulated.at(jumped, 330) == (330, False)
 
 

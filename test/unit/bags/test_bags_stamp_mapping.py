@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bag stamps to wall stamps: proportions, equality, and nothing in the future."""
+"""Bag stamps to wall stamps: proportions, equality, and no stamps in the future."""
 import pytest
 from bags_fake_clock import FakeClock
 
@@ -28,7 +28,7 @@ def mapping(clock):
 
 
 def played(timeline, clock, mapping, messages):
-    """Return the wall stamps of (message time, stamp) [ns after the state], each when due."""
+    """Return the wall stamps of (message time, stamp) [ns after the state], each when it is due."""
     origin, walls = timeline.state.bag_ns, []
     for message, stamp in messages:
         state = timeline.state
@@ -40,7 +40,7 @@ def played(timeline, clock, mapping, messages):
 
 @pytest.mark.parametrize('rate', [0.1, 0.5, 1.0, 4.0, 16.0, -0.1, -1.0, -8.0])
 def test_intervals_keep_their_proportions(timeline, clock, mapping, rate):
-    """Messages of 125 Hz that arrive with jitter; the stamps are even."""
+    """Messages at 125 Hz that arrive with jitter; the stamps are evenly spaced."""
     timeline.set_rate(rate)
     timeline.play()
     sign = 1 if rate > 0 else -1
@@ -53,7 +53,7 @@ def test_intervals_keep_their_proportions(timeline, clock, mapping, rate):
 
 
 def test_delay_of_a_slow_topic_remains(timeline, clock, mapping):
-    """A picture of 50 ms ago is stamped like the joint state of 50 ms ago, not like that of now."""
+    """An image from 50 ms ago is stamped like a joint state from 50 ms ago, not like the latest."""
     timeline.set_rate(0.5)
     timeline.play()
     joints = [(index * 10 * MS, index * 10 * MS) for index in range(100)]
@@ -150,7 +150,7 @@ def test_slip_keeps_order(timeline, clock, mapping):
     first, = played(timeline, clock, mapping, [(100 * MS, 99 * MS)])
     clock.now_ns += 300 * MS
     timeline.slip_to(timeline.state.bag_ns + 110 * MS, timeline.state.version)
-    # From here on, times are after the slipped message.
+    # From here on, times are relative to the slipped message.
     earlier, later = played(timeline, clock, mapping, [(0, -12 * MS), (MS, MS)])
     assert earlier == first < later
 

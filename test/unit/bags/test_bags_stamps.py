@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stamps inside random messages, damaged ones, and definitions that are wrong or hostile."""
+"""Stamps in random and damaged messages, and with wrong or hostile definitions."""
 import struct
 import sys
 import tracemalloc
@@ -23,11 +23,11 @@ def shifted(stamp_ns):
 
 
 class Laborious(Exception):
-    """Something calls more functions than it may."""
+    """Error: more function calls than allowed."""
 
 
 def call_count(work, most=50_000):
-    """How many functions are called, at most so many: what work costs, on every machine."""
+    """Count function calls up to a maximum: a measure of work that is equal on every machine."""
     count = 0
 
     def note(_frame, event, _argument):
@@ -45,7 +45,7 @@ def call_count(work, most=50_000):
 
 
 def peak_bytes(work):
-    """How much memory is taken at a time."""
+    """Return the peak memory usage."""
     tracemalloc.start()
     try:
         work()
@@ -182,7 +182,7 @@ def test_names_with_msg_in_between():
 @pytest.mark.parametrize('heading', ['roslib/Header', 'std_msgs/Header', 'Header',
                                      'roslib/msg/Header', ''])
 def test_the_header_by_its_old_names(type_name, field, heading):
-    """Until ROS Electric it was roslib/Header; who writes `Header` has either behind it."""
+    """Until ROS Electric it was roslib/Header; `Header` can mean either."""
     definition = f'{field}\n' + (HEADER.replace('std_msgs/Header', heading) if heading else '')
     assert StampLocator(type_name, definition).offsets(header()) == [4]
 
@@ -226,7 +226,7 @@ def test_absurd_length_is_found_at_once():
 
 
 def picture(size):
-    """A message of so many bytes behind its header."""
+    """A message with this many bytes after its header."""
     return header() + struct.pack('<II', 1, size) + bytes(size)
 
 

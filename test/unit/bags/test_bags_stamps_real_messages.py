@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Real messages, moved as bytes and read back: everything but the stamps is as it was."""
+"""Real messages, moved as bytes and read back: only the stamps change."""
 import io
 
 import genpy
@@ -28,7 +28,7 @@ UNSTAMPED = {'std_msgs/String', 'std_msgs/Empty', 'std_msgs/Time', 'std_msgs/Dur
 
 
 def fill(message, count, numbers):
-    """Fill a message with values that all differ; arrays get a number of elements."""
+    """Fill a message with different values; arrays get a number of elements."""
     for name, kind in zip(message.__slots__, message._slot_types):
         setattr(message, name, value(kind, getattr(message, name), count, numbers))
     return message

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Static transforms taken apart and joined, compared with the real messages."""
+"""Static transforms split and joined, compared with the real messages."""
 from __future__ import annotations
 
 from io import BytesIO

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every step that is asked for is answered once, in its order, whatever else is asked for."""
+"""Each requested step is answered once and in order, whatever else is requested."""
 from __future__ import annotations
 
 from typing import Callable, List, NoReturn
@@ -68,7 +68,7 @@ def test_who_waits_too_long_gives_the_step_up() -> None:
     requests = StepRequests()
     with pytest.raises(CommandRefused, match='the player is busy'):
         target_in_time(requests.add(Step(1, '', 0)), 0.0, Clock())
-    requests.answer(fails)  # it is not done any more
+    requests.answer(fails)  # it is no longer performed
 
 
 def test_a_step_that_has_begun_is_waited_for() -> None:

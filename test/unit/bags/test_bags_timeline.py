@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback time with a fake clock: what each command does, and refuses."""
+"""Playback time with a fake clock: effects of each command, and refusals."""
 import math
 import threading
 
@@ -205,7 +205,7 @@ def test_slip_delays_all_that_follows(timeline, clock, rate):
 
 
 def test_slip_to_before_the_last_command(timeline, clock):
-    """A change of the rate finds messages that are overdue already."""
+    """After a change of rate some messages are already overdue."""
     timeline.play()
     pass_s(clock, 3)
     timeline.set_rate(2.0)
@@ -302,7 +302,7 @@ def test_where_play_begins_after_a_jump_it_has_its_head_start_too(clock):
     timeline.play()
     pass_s(clock, 1.0)
     timeline.seek(BEGIN + 10 * NS_PER_S)
-    pass_s(clock, 0.3)  # until the scene is there
+    pass_s(clock, 0.3)  # until the scene is complete
     timeline.slip_to(BEGIN + 10 * NS_PER_S, timeline.state.version, begins=True)
     assert timeline.state.due_ns(BEGIN + 10 * NS_PER_S) == clock.now_ns + NS_PER_S // 20
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback time and stamps hold their promises after every sequence of commands."""
+"""Playback time and stamps keep their guarantees after any sequence of commands."""
 from bags_fake_clock import FakeClock
 from hypothesis import assume, settings
 from hypothesis import strategies as st
@@ -23,7 +23,7 @@ class TimelineMachine(RuleBasedStateMachine):
         self.timeline = Timeline(BEGIN, self.end, self.clock, head_start)
         self.mapping = StampMapping(self.clock)
         self.in_scene = {}  # bag stamp -> wall stamp, since the scene began
-        self.in_command = []  # (bag stamp, wall stamp) first seen since the command, playing
+        self.in_command = []  # (bag stamp, wall stamp) first seen since the command, while playing
         self.latest_before = self.latest = 0  # wall stamps before the command, and until now
         self.seen = self.timeline.state
 
@@ -31,7 +31,7 @@ class TimelineMachine(RuleBasedStateMachine):
         return BEGIN + round(share * (self.end - BEGIN))
 
     def continuous(self, command):
-        """Carry out a command that must not move the position, nor begin a segment."""
+        """Run a command that must neither move the position nor begin a segment."""
         before, segment = self.timeline.position_ns(), self.timeline.state.segment
         command()
         assert self.timeline.position_ns() == before

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tool's speed from tf: where the recording lacks frames, the model and the joints have them."""
+"""A tool's speed from tf: model and joints supply the frames that the recording lacks."""
 from __future__ import annotations
 
 import math
@@ -22,7 +22,7 @@ from process_visualizer.curves.curves import Curve, read_curves
 from process_visualizer.curves.position_values import PositionValues
 
 BEGIN_S = 1_600_000_000
-NEAR = 0.01  # what the slope over 0.2 s of a circle makes of the speed
+NEAR = 0.01  # relative error of the slope over 0.2 s on a circle
 SECONDS, TURN_RAD_PER_S = 4.0, 2.0
 MODEL = """<robot name="r">
   <link name="root"/><link name="base"/><link name="arm"/><link name="flange"/><link name="tool"/>
@@ -87,7 +87,7 @@ def curves(path: Path, devices: Sequence[Device], rows: Sequence[Row]) -> Sequen
 
 def assert_speed(path: Path, devices: Sequence[Device], rows: Sequence[Row],
                  speed: float) -> None:
-    """The curve, and the value at each position, have this speed [m/s]."""
+    """Assert that the curve, and the value at each position, have this speed [m/s]."""
     (curve,) = curves(path, devices, rows)
     assert curve.high[3:-3] == pytest.approx(speed, rel=NEAR)
     assert curve.low[3:-3] == pytest.approx(speed, rel=NEAR)
@@ -98,7 +98,7 @@ def assert_speed(path: Path, devices: Sequence[Device], rows: Sequence[Row],
 
 
 def test_a_fixed_link_of_the_model_lies_between(tmp_path: Path, cell: Any) -> None:
-    """As of ur_robot_driver: base beside base_link, and only the pose of the tool in it."""
+    """As with ur_robot_driver: base next to base_link, and only the tool's pose relative to it."""
     rows = [Row('/tf', time_s, TFMessage([sent('base', 'controller', 0.2 * time_s)]))
             for time_s in times(125)]
     assert_speed(tmp_path / 'a.bag', cell('controller'), rows, 0.2)
@@ -106,9 +106,9 @@ def test_a_fixed_link_of_the_model_lies_between(tmp_path: Path, cell: Any) -> No
 
 @pytest.mark.parametrize('rate_hz', [125.0, 41.0])
 def test_joints_move_the_links_between(tmp_path: Path, cell: Any, rate_hz: float) -> None:
-    """As of franka_control: frames that rest behind the last link; the joints come for themselves.
+    """As with franka_control: fixed frames after the last link; the joints are sent separately.
 
-    The tool is 0.3 m ahead of the axis, and 0.1 m more.
+    The tool is 0.3 m plus another 0.1 m ahead of the axis.
     """
     rows = [Row('/tf', time_s, TFMessage([sent('flange', 'hand'), sent('hand', 'tip', 0.0, 0.4)]))
             for time_s in times(30)]
@@ -126,7 +126,7 @@ def test_joints_of_an_array_that_go_round(tmp_path: Path, cell: Any) -> None:
 
 
 def test_several_recorded_frames(tmp_path: Path, cell: Any) -> None:
-    """The recording has all links, from two nodes with different rates, and a static one."""
+    """The recording has all links, from two nodes with different rates and one static transform."""
     rows = [Row('/tf_static', 0.0, TFMessage([sent('turner', 'end', 0.5)]))]
     rows += [Row('/tf', time_s, TFMessage([sent('root', 'arm', 0.0, 0.0, 1.0 * time_s)]))
              for time_s in times(50)]
@@ -136,7 +136,7 @@ def test_several_recorded_frames(tmp_path: Path, cell: Any) -> None:
 
 
 def joints_only(tmp_path: Path, tool: str) -> Sequence[Device]:
-    """A cell whose driver sends no pose of the tool."""
+    """A cell whose driver sends no tool pose."""
     (tmp_path / 'robot.urdf').write_text(MODEL.replace('KIND', 'revolute'))
     path = tmp_path / 'joints_only.xml'
     path.write_text(f"""<visualizer><device type="robot" name="r">
@@ -147,7 +147,7 @@ def joints_only(tmp_path: Path, tool: str) -> Sequence[Device]:
 
 @pytest.mark.parametrize('tool', ['', '<tool frame="flange" xyz="0 0.4 0"/>'])
 def test_a_driver_sends_joints_only(tmp_path: Path, tool: str) -> None:
-    """As most do: the tool is where model and joints say, also if each joint comes by itself."""
+    """As most drivers do: model and joints give the tool pose, also if joints come separately."""
     rows = [Row('/joints', time_s, JointState(name=[name], position=[position]))
             for time_s in times(100)
             for name, position in (('other', 5.0), ('j', TURN_RAD_PER_S * time_s))]
@@ -164,7 +164,7 @@ def test_arrays_of_joints_are_not_taken_for_poses(tmp_path: Path) -> None:
 @pytest.mark.parametrize('returns', [False, True])
 def test_there_is_no_speed_where_joints_are_missing(tmp_path: Path, cell: Any,
                                                     returns: bool) -> None:
-    """Even if they are where they were before."""
+    """This holds even if they were known before."""
     rows = [Row('/tf', time_s, TFMessage([sent('flange', 'tip')])) for time_s in times(30)]
     joints = [Row('/joints', time_s, JointState(name=['j'], position=[
         2.0 * (abs(time_s - 1.75) if returns else time_s)]))
@@ -189,7 +189,7 @@ TWO_JOINTS = """<robot name="r">
 
 def test_of_groups_that_take_turns_none_is_left_out(tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of very many messages some are read, such as two of three."""
+    """Of very many messages only some are read, such as two of three."""
     devices = joints_only(tmp_path, '')
     rows = [Row('/joints', time_s + 0.001 * number, JointState(name=[name], position=[position]))
             for time_s in times(100)
@@ -204,7 +204,7 @@ def test_of_groups_that_take_turns_none_is_left_out(tmp_path: Path,
 @pytest.mark.parametrize('sent_s', [[0.0], [0.0, 0.02, 2.5], [0.0, 1.2, 2.4, 3.6]])
 def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(
         tmp_path: Path, sent_s: List[float]) -> None:
-    """The slide, and its twin, rest behind the joint that turns; NaN says nothing."""
+    """The slide and its mimic joint rest after the turning joint; NaN has no meaning."""
     (tmp_path / 'robot.urdf').write_text(TWO_JOINTS)
     (tmp_path / 'cell.xml').write_text(CELL.replace('FRAME', 'tool'))
     rows = [Row('/joints', time_s, JointState(name=['j'], position=[TURN_RAD_PER_S * time_s]))
@@ -222,7 +222,7 @@ def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(
     '<rosparam file="FOLDER/offsets.yaml"/>'])
 @pytest.mark.parametrize('is_array', [True, False])
 def test_offsets_that_joint_proc_adds(tmp_path: Path, offset: str, is_array: bool) -> None:
-    """The slide says 0.1 m where it is at 0.3 m, and its twin at 0.1 m and twice as much."""
+    """The slide reports 0.1 m at 0.3 m, and its mimic joint at 0.1 m and twice the scale."""
     (tmp_path / 'robot.urdf').write_text(TWO_JOINTS)
     (tmp_path / 'offsets.yaml').write_text('/r: {joint_proc/joint_offsets: {slide: 0.2}}')
     with_offset = CELL.replace('FRAME', 'tool').replace(
@@ -254,7 +254,7 @@ def test_offsets_that_roslaunch_or_joint_proc_refuses(tmp_path: Path, cell: Any,
 @pytest.mark.parametrize('topic', ['/joints', '/tf'])
 def test_a_link_of_the_model_is_moved_by_the_joints_alone(tmp_path: Path, cell: Any,
                                                           topic: str) -> None:
-    """Whether there is tf in the recording, or none."""
+    """This holds with and without tf in the recording."""
     rows = [Row('/joints', time_s, JointState(name=['j'], position=[TURN_RAD_PER_S * time_s]))
             for time_s in times(125)]
     if topic == '/tf':

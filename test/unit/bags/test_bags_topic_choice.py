@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics are played, and under which names."""
+"""The played topics and their names."""
 import fnmatch
 import re
 

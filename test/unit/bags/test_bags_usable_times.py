@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Times at which nothing can have been recorded are told apart, by everything that reads bags."""
+"""Impossible recording times are recognized by everything that reads bags."""
 from __future__ import annotations
 
 import re
@@ -32,7 +32,7 @@ GOOD = rows(range(BEGIN_NS, BEGIN_NS + 10 * S, S // 10))
 
 @pytest.mark.parametrize('odd, told', [
     (rows([0] * 5), '/a: 5 messages have no time (0) and are left out'),
-    (rows([1] * 150), '/a: 150 messages have no time (0) and are left out'),  # most of all
+    (rows([1] * 150), '/a: 150 messages have no time (0) and are left out'),  # the largest part
     (rows([0, 1, 1_000_001]), '/a: 3 messages have no time (0) and are left out'),
     (rows([0], '/b'), '/b: one message has no time (0) and is left out'),
     (rows([5 * S, 6 * S]), '/a: 2 messages have a time far from that of all others (1970-01-01) '
@@ -65,7 +65,7 @@ def test_odd_times_are_no_part_of_the_timeline(tmp_path: Path, odd: List[Row], t
     [0] * 9,  # no other time is known
     [0, *range(S // 100, S, S // 100)], [1, *range(2, 9)],  # a simulated clock
     [BEGIN_NS, BEGIN_NS + 6 * DAY_S * S, BEGIN_NS + 12 * DAY_S * S],
-    [BEGIN_NS, BEGIN_NS + 9 * DAY_S * S],  # which of them is right?
+    [BEGIN_NS, BEGIN_NS + 9 * DAY_S * S],  # it is unclear which of them is right
 ])
 def test_other_times_are_taken_as_they_are(tmp_path: Path, times_ns: List[int]) -> None:
     with Recording([write_bag(tmp_path / 'a.bag', rows(times_ns))]) as recording:
@@ -89,7 +89,7 @@ def test_what_holds_is_there_from_the_beginning(tmp_path: Path, topic: str, call
 
 
 def test_messages_without_a_time_are_not_lost(tmp_path: Path) -> None:
-    """Not even if a topic has no others."""
+    """This holds even if a topic has no others."""
     path = write_bag(tmp_path / 'a.bag', rows([0] * 3, '/only') + GOOD)
     with Recording([path]) as recording:
         assert 'nothing was received' not in verdict(make_report(recording))
@@ -135,7 +135,7 @@ def test_an_index_without_any_time(tmp_path: Path) -> None:
 
 
 def test_a_gap_at_an_odd_time_is_at_an_unknown_one(tmp_path: Path) -> None:
-    """Chunk infos have wrong times, too; they tell where a damaged part of the index is."""
+    """Chunk infos have wrong times, too; they show the position of the damaged index part."""
     path = Path(write_bag(tmp_path / 'a.bag', GOOD, chunk_bytes=300))
     data = re.sub(b'(?<=start_time=)........', bytes(8), path.read_bytes(), flags=re.DOTALL)
     at = data.rindex(b'op=\x04')  # the last index record
@@ -155,7 +155,7 @@ def test_the_time_of_a_gap_is_that_of_the_clock() -> None:
 
 
 def test_each_file_is_taken_by_itself(tmp_path: Path) -> None:
-    """A whole file is never left out."""
+    """A complete file is never left out."""
     later = rows(range(BEGIN_NS + 30 * DAY_S * S, BEGIN_NS + 30 * DAY_S * S + 5))
     paths = [write_bag(tmp_path / 'a.bag', GOOD + rows([0])),
              write_bag(tmp_path / 'b.bag', later + rows([0]))]

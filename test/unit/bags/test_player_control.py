@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player's commands, where they depend on each other."""
+"""The player's commands where they depend on each other."""
 from __future__ import annotations
 
 from typing import Any

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values at a position: exact ones, of the messages around it, whichever way one came there."""
+"""Values at a position: exact, from the messages around it, independent of the way there."""
 from __future__ import annotations
 
 import math
@@ -37,7 +37,7 @@ def stamp(time_s: float) -> Time:
 
 
 def speed_at(time_s: float) -> float:
-    """A tool that swings [m/s]."""
+    """Speed of a tool that swings [m/s]."""
     return abs(0.2 * math.cos(2.0 * time_s))
 
 
@@ -66,7 +66,7 @@ def test_in_a_hole_of_the_recording_no_value_holds(tmp_path: Path) -> None:
 
 @pytest.fixture(params=[False, True], ids=['arrays', 'poses with stamps'])
 def values(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[PositionValues]:
-    """Eight seconds at 125 Hz; the force is its time, the heat begins at 0.1 s."""
+    """Eight seconds at 125 Hz; the force equals its time, the heat begins at 0.1 s."""
     path, config = tmp_path / 'a.bag', tmp_path / 'cell.xml'
     config.write_text(CELL)
     with rosbag.Bag(str(path), 'w', chunk_threshold=20_000) as bag:
@@ -95,7 +95,7 @@ def test_the_speed_is_that_of_the_middle_of_its_window(values: PositionValues) -
 
 
 def test_the_part_around_the_position_says_what_the_whole_says(tmp_path: Path) -> None:
-    """Messages of a busy machine: late, in bunches. Beside the position all of them count."""
+    """Messages of a busy machine: late and in bunches. Near the position all of them count."""
     random.seed(3)
     path, config = tmp_path / 'a.bag', tmp_path / 'cell.xml'
     config.write_text(CELL)
@@ -125,7 +125,7 @@ def test_at_the_beginning_the_first_message_of_the_next_moment_holds(
 
 
 def test_however_one_comes_there(values: PositionValues) -> None:
-    """Nothing is kept that would make a difference."""
+    """No state is kept that would make a difference."""
     positions = [number / 10 for number in range(80)]
     forwards = {position: values.at(position) for position in positions}
     random.Random(1).shuffle(positions)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where base frames were when a bag was recorded, what is saved beside it, and the command."""
+"""Base frame poses at recording time, those saved next to the bag, and the command."""
 from __future__ import annotations
 
 import json
@@ -62,13 +62,13 @@ def write_bag(folder: Path, *messages: Any) -> str:
 
 @pytest.fixture
 def bag(tmp_path: Path) -> str:
-    """The sensor was moved while it was recorded: the last pose counts."""
+    """The sensor was moved during recording: the last pose counts."""
     return write_bag(tmp_path, TFMessage([frame('camera_link', Pose()), frame('/table', Pose(
         (0.0, 0.0, 1.0)))]), TFMessage([frame('camera_link', POSE)]))
 
 
 def launched_frames(folder: Path) -> Dict[str, List[float]]:
-    """Where the launch file says that frames are."""
+    """The frame poses in the launch file."""
     launch = ElementTree.parse(folder / 'cell.launch')
     (node,) = [it for it in launch.iter('node') if it.get('name') == 'cell_frames']
     text = node.find('rosparam').text  # type: ignore[union-attr]
@@ -78,7 +78,7 @@ def launched_frames(folder: Path) -> Dict[str, List[float]]:
 def test_a_recording_is_played_with_the_poses_saved_for_it(bag: str, tmp_path: Path,
                                                            capsys: Any) -> None:
     save_pose(bag, 'camera_link', Pose((7.5, 2.0, 3.0)))
-    save_pose(bag, 'gone', Pose())  # it is in the configuration no more
+    save_pose(bag, 'gone', Pose())  # it is no longer in the configuration
     assert main(['generate', str(tmp_path / 'cell.xml'), '--mode', 'playback', '--bag', bag,
                  '--output', str(tmp_path / 'made')]) == 0
     assert f'as saved in {calibration_path(bag)}: camera_link\n' in capsys.readouterr().out

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The report finds what was taken out of a stream, and nothing where all is there."""
+"""The report finds what was removed from a stream, and nothing in a complete one."""
 from __future__ import annotations
 
 import json
@@ -71,7 +71,7 @@ def test_messages_left_out_are_a_gap(before: int, missing: int) -> None:
 
 def test_messages_that_come_late_are_no_gap() -> None:
     times_s = np.arange(400) * 0.01
-    times_s[100:140] = times_s[140]  # the computer was busy for 0.4 s, then handed out all
+    times_s[100:140] = times_s[140]  # the computer was busy for 0.4 s, then delivered all of them
     assert find_gaps(stream(times_s)) == ()
 
 
@@ -105,7 +105,7 @@ def several(*times_s: 'np.ndarray') -> Stream:
 
 
 def test_a_slow_publisher_beside_a_fast_one_has_no_gap() -> None:
-    """Three of 125 messages come together with each of the slow one's; then the fast one ends."""
+    """Three of 125 messages arrive together with each of the slow one's; then the fast one ends."""
     fast, slow = np.arange(250) * 0.008, np.arange(120) * 0.0333
     assert find_gaps(several(fast, slow)) == ()
 
@@ -118,7 +118,7 @@ def test_a_gap_of_one_publisher_is_not_hidden_by_another() -> None:
 
 
 def test_a_node_that_starts_anew_is_the_same_publisher(tmp_path: Path) -> None:
-    """Its connection may be another one, for example as it is latched now."""
+    """Its connection may be a new one, for example because it is latched now."""
     path = tmp_path / 'a.bag'
     with rosbag.Bag(str(path), 'w') as bag:
         for number in [*range(100), *range(150, 250)]:
@@ -150,7 +150,7 @@ def test_a_mark_that_is_written_late_is_no_jump_of_the_clock(
 
 
 def counted_array() -> Any:
-    """Return a type of arrays that count at how many values somebody looks."""
+    """Return an array type that counts the values that were looked at."""
     class Counted(np.ndarray):
         looks = 0
 
@@ -166,7 +166,7 @@ def counted_array() -> Any:
 
 
 def write(path: Path, numbers: 'List[int]', account: Optional[object] = None) -> str:
-    """A bag with the numbers at 100 Hz on /n, and a recorder's account."""
+    """A bag with the numbers at 100 Hz on /n, and a recorder's statistics."""
     with rosbag.Bag(str(path), 'w') as bag:
         for number in numbers:
             bag.write('/n', UInt32(number), Time(BEGIN_S, 0) + _duration(number * 10_000_000))
@@ -234,7 +234,7 @@ ALL_WRITTEN = {'topics': {}, 'clock_jumps': []}
 
 
 def test_a_topic_that_speaks_when_something_happens_misses_nothing(tmp_path: Path) -> None:
-    """A key is pressed now and then: an interval without a message is no loss."""
+    """A key is pressed now and then: an interval without a message is not a loss."""
     numbers = [number for press in range(0, 5000, 500) for number in range(press, press + 20)]
     report = report_of(write(tmp_path / 'a.bag', numbers, ALL_WRITTEN))
     assert len(report.topics[0].gaps) == 9
@@ -243,7 +243,7 @@ def test_a_topic_that_speaks_when_something_happens_misses_nothing(tmp_path: Pat
 
 @pytest.mark.parametrize('account', [None, ALL_WRITTEN])
 def test_a_throttled_topic_misses_nothing(tmp_path: Path, account: Optional[object]) -> None:
-    """It has the numbers of its source, of which most are left out."""
+    """It has the numbers of its source, most of which are left out."""
     report = report_of(write_numbered(tmp_path / 'a.bag', list(range(0, 9000, 100)), account))
     assert sum(gap.missing for gap in report.topics[0].gaps) == 99 * 89
     assert report.is_good and report.topics[0].lost == 0
@@ -288,7 +288,7 @@ def test_a_chunk_that_cannot_be_read_is_told_whatever_it_holds(tmp_path: Path) -
 @pytest.mark.parametrize('offset', [3, 5000, (1 << 32) - 1])
 def test_an_index_that_points_at_no_message_is_told(tmp_path: Path, compression: str,
                                                     offset: int) -> None:
-    """Also of a topic whose messages need not be read, and once for each topic."""
+    """Also for a topic whose messages need not be read, and once per topic."""
     path = tmp_path / 'a.bag'
     with rosbag.Bag(str(path), 'w', compression=compression) as bag:
         for number in range(20):
@@ -328,7 +328,7 @@ def test_many_topics_take_no_longer_than_many_messages(tmp_path: Path) -> None:
 
 
 def test_a_part_without_an_account_makes_it_unknown(tmp_path: Path) -> None:
-    """As of a split recording, of which a part was repaired."""
+    """For example a split recording of which one part was repaired."""
     paths = [write(tmp_path / 'a_0.bag', list(range(100))),
              write(tmp_path / 'a_1.bag', list(range(100, 200)), ALL_WRITTEN)]
     with Recording(paths) as recording:
@@ -350,7 +350,7 @@ def test_the_exit_code_tells_scripts_whether_something_is_missing(
 
 
 def test_a_reader_that_has_read_enough_is_no_problem(tmp_path: Path) -> None:
-    """Such as head; also if the report is short, and is written at the end only."""
+    """For example head; also if the report is short and only written at the end."""
     bag = write(tmp_path / 'a.bag', list(range(100)))
     reading, writing = os.pipe()
     os.close(reading)
@@ -364,7 +364,7 @@ def test_a_reader_that_has_read_enough_is_no_problem(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('kind', ['numbered', 'pausing'])
 def test_many_gaps_take_no_longer_than_many_messages(kind: str) -> None:
-    """In proportion: at 1,000,000 messages one look at all of them for each gap takes minutes."""
+    """The time is proportional: with 1,000,000 messages, a full pass for each gap takes minutes."""
     def work(count: int) -> int:
         intervals_ms = np.where(np.arange(count) % 5 == 4, 100, 1)
         sequence = np.arange(count) * (2 if kind == 'numbered' else 0) - (kind != 'numbered')
@@ -401,7 +401,7 @@ def test_an_account_that_is_none_does_no_harm(tmp_path: Path, account: object) -
 
 
 class Numbered(Header):
-    """A message that is nothing but a header."""
+    """Message with only a header."""
 
     _type = 'test_msgs/Numbered'
     _full_text = f'Header header\n{"=" * 80}\nMSG: std_msgs/Header\n{Header._full_text}'
@@ -409,7 +409,7 @@ class Numbered(Header):
 
 def write_numbered(path: Path, numbers: List[int], account: Optional[object] = None,
                    connections: int = 1) -> str:
-    """A bag with numbers in headers on /h, one a second, from so many publishers by turns."""
+    """A bag with header numbers on /h, one per second, from this many publishers in turn."""
     with rosbag.Bag(str(path), 'w') as bag:
         for row, number in enumerate(numbers):
             message = Numbered(seq=number)
@@ -440,7 +440,7 @@ def test_numbers_of_large_messages_are_read(tmp_path: Path) -> None:
 
 
 def test_a_definition_that_cannot_be_read_has_no_numbers(tmp_path: Path) -> None:
-    """As of a publisher that sends its own language; the bag is reported all the same."""
+    """For example from a publisher with its own definition language; the bag is reported anyway."""
     with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
         for number in range(60):
             bag.write('/h', Numbered(seq=number), Time(BEGIN_S + number, 0), connection_header={

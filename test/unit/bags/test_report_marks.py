@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Marks in the bag and beside it; the configuration that a bag carries."""
+"""Marks in the bag and next to it; the configuration that a bag contains."""
 from __future__ import annotations
 
 import errno
@@ -131,7 +131,7 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
 
 
 def stored_files(folder: Path, names: Sequence[str]) -> StoredConfiguration:
-    """The stored configuration of a bag with empty files of these names; the first is its cell."""
+    """The stored configuration of a bag, with empty files of these names; the first is its cell."""
     text = json.dumps({'file': names[0], 'arguments': {}, 'files': dict.fromkeys(names, '')})
     with Recording([bag_with(folder / 'a.bag', CONFIGURATION, text)]) as recording:
         stored = recorded_configuration(recording)
@@ -140,7 +140,7 @@ def stored_files(folder: Path, names: Sequence[str]) -> StoredConfiguration:
 
 
 def test_a_configuration_of_a_bag_is_not_written_into_a_hidden_folder(tmp_path: Path) -> None:
-    """In the home folder, a file in ~/.config would be read by the desktop, and run things."""
+    """The desktop would read a file in ~/.config in the home folder and run commands from it."""
     stored = stored_files(tmp_path, ('/h/cell.xml', '/h/.config/openbox/menu.xml'))
     with pytest.raises(OSError, match='hidden folder'):
         write_configuration(stored, str(tmp_path / 'is'))
@@ -174,7 +174,7 @@ def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
 
 
 def bag_with_bytes(path: Path, topic: str, data: bytes, kind: Any = String) -> str:
-    """A bag with a message of odd bytes, and a good one on another topic."""
+    """A bag with a message of invalid bytes, and a valid one on another topic."""
     with rosbag.Bag(str(path), 'w') as bag:
         bag.write('/good', String('x'), Time(1, 0))
         bag.write(topic, (kind._type, data, kind._md5sum, kind), Time(2, 0), raw=True)

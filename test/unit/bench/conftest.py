@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The benchmarks are programs: their modules stand in a folder of their own."""
+"""Benchmarks are programs: their modules are in a separate folder."""
 import sys
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tips of arrows are found in a picture, as far from the ball as they were drawn."""
+"""Arrow tips are found in an image at the distance from the ball at which they were drawn."""
 import numpy as np
 import pytest
 from arrow_picture import LOCKED, UNLOCKED, distances, tips_from_ball

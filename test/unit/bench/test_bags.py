@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bags of the benchmarks: what is in them is what the programs expect."""
+"""The bags of the benchmarks contain what the programs expect."""
 from __future__ import annotations
 
 from collections import defaultdict

@@ -11,7 +11,7 @@ BAG_BEGIN_NS = 1_600_000_000_000_000_000
 
 
 def played(topic_phase_ms=0, rate=1.0, late_ms=(), kept=None, order=None):
-    """Ten messages, 10 ms apart in the bag, that come some ms late."""
+    """Ten messages, 10 ms apart in the bag, that arrive some ms late."""
     bag_times_ns = BAG_BEGIN_NS + (topic_phase_ms + np.arange(10) * 10) * MS
     arrivals_ns = 777 + np.round((bag_times_ns - BAG_BEGIN_NS) / rate).astype(np.int64)
     for index, late in enumerate(late_ms):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What thesis_table computes from arrivals."""
+"""The values that thesis_table computes from arrivals."""
 from __future__ import annotations
 
 import struct

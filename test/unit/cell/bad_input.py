@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of bad configurations: what each says, and whether the schema can see it too."""
+"""The table of bad configurations: the messages of each, and whether the schema can detect it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import List, Tuple
 
 @dataclass(frozen=True)
 class Bad:
-    """A wrong file and the beginning of each problem's line, without the file's name."""
+    """Wrong file, and the beginning of each problem's line without the file's name."""
 
     name: str
     text: str
@@ -22,7 +22,7 @@ def _file(name: str, text: str, *problems: str, schema_sees: bool = True) -> Bad
 
 def _in_robot(name: str, element: str, *problems: str, schema_sees: bool = True,
               kind: str = 'robot') -> Bad:
-    """``element`` stands in line 3, in a device of line 2."""
+    """``element`` is in line 3, in a device of line 2."""
     return Bad(name, f'<visualizer>\n<device type="{kind}" name="d">\n{element}\n</device>\n'
                      '</visualizer>', problems, schema_sees)
 

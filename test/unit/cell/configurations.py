@@ -50,12 +50,12 @@ _UNUSED: Dict[str, Tuple[str, ...]] = {
     'node': ('machine', 'respawn'), 'topic': ('type',), 'param': ('type',),
     'rosparam': ('command', 'file'), 'arrow': ('min',), 'rviz': ('topic',),
 }
-"""Attributes whose values depend on others; the tests of bad input cover them."""
+"""Attributes with values that depend on others; the tests of bad input cover them."""
 
 
 @st.composite
 def configurations(draw: st.DrawFn) -> str:
-    """A configuration that the parser accepts, save for accidents such as equal names."""
+    """A configuration that the parser accepts, apart from accidents such as equal names."""
     devices = draw(st.lists(_element('device', TAGS['device']), min_size=1, max_size=3))
     others = draw(st.lists(st.one_of(_element('arg', TAGS['arg']),
                                      _element('machine', TAGS['machine'])), max_size=2))
@@ -123,7 +123,7 @@ def _children(draw: st.DrawFn, name: str, tag: Tag, attributes: Dict[str, str],
 
 def _belongs(child: str, parent: str, attributes: Dict[str, str]) -> bool:
     kind: Optional[str] = {'force': 'robot', 'arrow': 'robot', 'roi': 'depth_sensor'}.get(child)
-    if child == 'fusion':  # names other devices
+    if child == 'fusion':  # refers to other devices
         return False
     if parent == 'rviz' and child == 'rviz':
         return attributes['type'] == 'Group'

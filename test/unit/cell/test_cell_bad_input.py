@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every wrong file gets its messages, with file and line, all of them at once."""
+"""Every wrong file gets its messages, with file and line, all at once."""
 import os
 from pathlib import Path
 from typing import Callable, List
@@ -131,7 +131,7 @@ def test_values_for_arguments(problems: Problems) -> None:
 
 
 class TestIncludes:
-    """Problems of and in included files."""
+    """Problems of included files and of the inclusion itself."""
 
     @staticmethod
     def include(name: str, arguments: str = '') -> str:

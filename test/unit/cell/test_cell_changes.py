@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What differs between two versions of a configuration."""
+"""Differences between two versions of a configuration."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -24,7 +24,7 @@ NONE = Changes((), (), (), ('arm', 'box'), False)
 
 @pytest.fixture
 def parse(tmp_path: Path) -> Parse:
-    """Parses the inside of a <visualizer>; each time the file is another one."""
+    """Parses the content of a <visualizer>, each time as a new file."""
     def parse_text(text: str, attributes: str = '') -> Cell:
         path = tmp_path / f'{len(list(tmp_path.iterdir()))}.xml'
         path.write_text(f'<visualizer {attributes}>{text}</visualizer>')

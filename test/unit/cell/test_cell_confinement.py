@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a configuration that is data may say, with packages that the user trusts."""
+"""Allowed content of a configuration that is data, with packages that the user trusts."""
 from __future__ import annotations
 
 import math
@@ -107,7 +107,7 @@ def test_a_parameter_of_data_is_a_plain_value(tmp_path: Path, parameter: str, re
 
 
 def test_a_display_of_data_takes_no_endless_memory(tmp_path: Path) -> None:
-    """RViz makes as many lines, or keeps as many messages, as it is told to."""
+    """RViz creates as many lines, or keeps as many messages, as a display asks for."""
     path = tmp_path / 'cell.xml'
     path.write_text('<visualizer><device type="other" name="m"><rviz type="Group">'
                     '<rviz type="Grid"><property name="Plane Cell Count" value="1e9"/>'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Defaults of the thesis' section 5.2.1 and everything that the language adds."""
+"""Defaults of section 5.2.1 of the thesis, and all extensions of the language."""
 from pathlib import Path
 from typing import Callable, Tuple
 
@@ -22,7 +22,7 @@ Parse = Callable[..., Cell]
 
 @pytest.fixture
 def device(parse: Parse) -> Callable[..., Device]:
-    """The only device, a robot called "arm" unless told, with these elements."""
+    """The only device, by default a robot called "arm", with these elements."""
     def parse_device(elements: str, kind: str = 'robot', before: str = '',
                      **arguments: str) -> Device:
         return parse(f'<visualizer>{before}<device type="{kind}" name="arm">{elements}</device>'
@@ -336,7 +336,7 @@ def test_attributes_that_name_the_schema_are_allowed(parse: Parse) -> None:
 
 
 def test_the_table_is_closed() -> None:
-    """Every child is a tag; single children are children, without text (the schema needs that)."""
+    """Every child is a tag; single children are children, without text (the schema needs this)."""
     for tag in TAGS.values():
         assert set(tag.children) <= set(TAGS)
         assert set(tag.single) <= set(tag.children)

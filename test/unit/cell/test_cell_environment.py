@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a cell needs and this computer does not have."""
+"""Requirements of a cell that this computer does not meet."""
 import os
 from pathlib import Path
 from typing import Callable, List, Optional
@@ -36,7 +36,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def check(parse: Callable[..., Cell], package: Path, tmp_path: Path) -> Check:
-    """The problems of a device "d" with the elements, which stand in line 2."""
+    """The problems of a device "d" with the elements, which are in line 2."""
     def find(elements: str, mode: Optional[Mode] = None) -> List[str]:
         cell = parse('<visualizer><machine name="m" address="h"/><device type="robot" name="d">\n'
                      f'{elements}</device></visualizer>')
@@ -85,7 +85,7 @@ def test_missing_launch_file(check: Check) -> None:
     ('drivr', 'did you mean "driver"? Otherwise build'), ('zzqx', 'build'),
     ('source.py', 'build')])
 def test_missing_executable(check: Check, name: str, advice: str) -> None:
-    """A source file that was not built yet is none."""
+    """A source file that was not built yet does not count as one."""
     assert check(f'<node pkg="my_cell" type="{name}" name="n"/>') == [
         f'cell.xml:2: <node>: the package "my_cell" has no executable "{name}"; {advice} its '
         'workspace (catkin_make) and source it']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a sensor expects is added to the file, and nothing else changes."""
+"""Expected objects of a sensor are added to the file, and nothing else changes."""
 from __future__ import annotations
 
 import codecs

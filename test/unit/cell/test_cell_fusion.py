@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Several depth sensors in a configuration: the fusion of their clouds, and data of their own."""
+"""Several depth sensors in a configuration: the fusion of their clouds, and their own data."""
 from __future__ import annotations
 
 from typing import Callable

@@ -160,7 +160,7 @@ def test_every_other_device_and_byte_stays(tmp_path: Path, case: Tuple[str, int]
 
 
 def _check_outside(before: bytes, after: bytes, number: int) -> None:
-    """What stands before and behind the element is the same."""
+    """Assert that the text before and after the element is unchanged."""
     mark = f'name="d{number}"'.encode()
     begin = before.index(b'<base', before.index(mark))
     if b'<!-- \xc3\xa4 <base/> -->' in before[before.index(mark):before.index(mark) + 40]:

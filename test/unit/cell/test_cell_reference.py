@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference for users holds what the language says."""
+"""The user reference contains what the language defines."""
 from pathlib import Path
 
 import pytest

@@ -21,7 +21,7 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 KINDS = sorted({attribute.kind for tag in TAGS.values() for attribute in tag.attributes.values()}
                - {'choice', 'text', 'command_line'})
 STRICTER_PARSER = ('path', 'axis')
-"""Kinds with rules that a schema cannot express: no `..` in a path, no axis of length zero."""
+"""Kinds with rules that a schema cannot express: no `..` in a path, no axis of zero length."""
 
 
 def test_committed_schema_is_up_to_date() -> None:
@@ -46,7 +46,7 @@ def is_valid(schema: etree.XMLSchema, text: str) -> bool:
 
 @pytest.mark.parametrize('bad', BAD_INPUT, ids=lambda bad: bad.name)
 def test_bad_input(schema: etree.XMLSchema, bad: Bad) -> None:
-    """The schema refuses what it can see; the rest is listed as beyond it, and really is."""
+    """The schema refuses what it can detect; the other cases are listed as such."""
     assert is_valid(schema, bad.text) is not bad.schema_sees
 
 
@@ -81,7 +81,7 @@ def value_schema() -> etree.XMLSchema:
 
 
 def texts() -> 'st.SearchStrategy[str]':
-    """Right values of any kind, such values with something changed, and what looks like them."""
+    """Valid values of any kind, such values with a change, and similar texts."""
     right = st.one_of(*VALUES.values())
     spoiled = st.builds(lambda text, place, extra: text[:place] + extra + text[place + 1:],
                         right, st.integers(0, 8),
@@ -137,7 +137,7 @@ def test_there_are_examples() -> None:
 
 
 def test_problems_in_the_reference_are_real(problems: Callable[..., List[str]]) -> None:
-    """The messages that the reference shows are those that the parser gives."""
+    """The messages in the reference are those of the parser."""
     lines = problems('<visualizer>\n\n<device type="other" name="a">\n'
                      '<base frame="f" xyz="0 0"/>\n\n\n<rviz type="MarkerAray"/></device>'
                      '</visualizer>')

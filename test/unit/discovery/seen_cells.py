@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Cells as they are seen, for the tests."""
+"""Observed cells for the tests."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -23,7 +23,7 @@ IMAGE, INFO, CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CameraInfo', 'sensor_msgs
 
 
 def urdf(links: Sequence[str], joints: Sequence[str]) -> str:
-    """A chain: the joints, and behind them fixed ones, connect the links."""
+    """A chain of links, connected by the joints and then by fixed ones."""
     parts = [f'<link name="{link}" />' for link in links]
     names = [*joints, *(f'fixed_{number}' for number in range(len(links)))]
     for number, (parent, child) in enumerate(zip(links, links[1:])):
@@ -34,7 +34,7 @@ def urdf(links: Sequence[str], joints: Sequence[str]) -> str:
 
 
 def model(namespace: str, name: str, links: Sequence[str], joints: Sequence[str]) -> FoundModel:
-    """A model that belongs beside the configuration."""
+    """A model that belongs next to the configuration."""
     return FoundModel(namespace, name, RobotDescription(
         urdf(links, joints), tuple(links), {joint: 'continuous' for joint in joints},
         dict(zip(links[1:], links)), frozenset(links)))
@@ -57,7 +57,7 @@ def number(path: str = 'data', low: float = 0.0, high: float = 1.0) -> SeenNumbe
 
 
 def written(seen: Seen, models: Sequence[FoundModel], folder: Path) -> Tuple[str, Cell]:
-    """The text that is made, and how it is read."""
+    """The generated text, and the result of parsing it."""
     made = make_draft(seen, models)
     for name, text in made.models.items():
         (folder / name).write_text(text, encoding='utf-8')
@@ -109,4 +109,4 @@ cells: 'st.SearchStrategy[Tuple[Seen, List[FoundModel]]]' = st.tuples(
               st.lists(_TRANSFORMS, max_size=8).map(tuple), st.just(()),
               st.lists(st.text(max_size=30), max_size=2).map(tuple)),
     st.lists(_MODELS, max_size=3))
-"""Whatever may be seen, and models for it."""
+"""Any observed cell, and models for it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is written for whatever is seen can be read, and says what was seen."""
+"""The draft for any observed cell can be read, and contains what was observed."""
 from __future__ import annotations
 
 import dataclasses
@@ -151,7 +151,7 @@ def test_camera_on_a_robot_has_no_base_frame(tmp_path: Path) -> None:
 
 
 def test_what_is_drawn_in_frames_of_its_own_has_these(tmp_path: Path) -> None:
-    """In playback nobody else publishes the frames of a machine's markers; one moved."""
+    """In playback nobody else publishes the frames of a machine's markers; one of them moved."""
     topic = SeenTopic('/press/markers', 'visualization_msgs/MarkerArray',
                       frames=('press/base', 'press/needle', 'press/ram', 'world'))
     moved = transform('press/base', 'press/ram', 0.0, 0.0, 0.5)._replace(changes=True)
@@ -200,7 +200,7 @@ def test_a_number_that_was_seen_for_a_moment_may_go_far(tmp_path: Path, is_momen
 
 
 def test_names_do_not_collide_with_what_the_program_publishes(tmp_path: Path) -> None:
-    """The robot's driver is in the namespace in which robot_proc of a device "arm" would be."""
+    """The robot's driver is in the namespace of robot_proc of a device "arm"."""
     topics = (SeenTopic('/arm/joint_states', JOINTS, ('/driver',), joints=('j',)),
               SeenTopic('/camera/points', CLOUD, frames=('c',)))
     _, cell = written(Seen('x', topics), [], tmp_path)
@@ -238,7 +238,7 @@ def test_own_outputs_are_left_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('slash', ['/', ''])
 def test_a_cropped_cloud_beside_its_camera_is_left_out(slash: str) -> None:
-    """Also if a recorder wrote names without the slash before them, or frames are not known."""
+    """Also if a recorder wrote names without the leading slash, or the frames are unknown."""
     topics = [SeenTopic(f'{slash}cam/{name}', kind) for name, kind in (
         ('depth/points', CLOUD), ('roi_points', CLOUD),
         ('roi_filter/outline', 'visualization_msgs/Marker'))]
@@ -251,7 +251,7 @@ def test_a_cropped_cloud_beside_its_camera_is_left_out(slash: str) -> None:
     [SeenTopic('/eye/depth/image_raw', IMAGE)],  # no cloud without its camera info
     [SeenTopic('/front/points', CLOUD, frames=('front_optical',))]])
 def test_a_cropped_cloud_stands_for_its_sensor(tmp_path: Path, others: List[SeenTopic]) -> None:
-    """The whole one is often too large to be recorded."""
+    """The whole cloud is often too large to be recorded."""
     topics = [SeenTopic('/eye/roi_filter/outline', 'visualization_msgs/Marker'),
               SeenTopic('/eye/roi_points', CLOUD, frames=('eye_optical',)),
               SeenTopic('/eye/points', CLOUD, frames=('eye_optical',))]
@@ -262,7 +262,7 @@ def test_a_cropped_cloud_stands_for_its_sensor(tmp_path: Path, others: List[Seen
 
 
 def test_the_global_frame(tmp_path: Path) -> None:
-    """It is the root that carries robots; a model that has a link "world" keeps it."""
+    """It is the root of the robots; a model that has a link "world" keeps it."""
     arm = model('/arm', 'arm', ['base', 'hand'], ['j'])
     with_world = model('/arm', 'arm', ['world', 'base'], ['j'])
     carried = (transform('table', 'base', 0.5, 0.0, 0.0), transform('odd', 'other'))

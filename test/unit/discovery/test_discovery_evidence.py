@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models with the same joints are told apart by what a recording holds."""
+"""Models with the same joints are distinguished by the content of a recording."""
 from __future__ import annotations
 
 import math
@@ -32,7 +32,7 @@ Move = Callable[[Placement], Placement]
 
 
 def urdf(name: str, length_m: float) -> str:
-    """A pan, and two joints behind it, ``length_m`` apart; ``base`` is turned by 180°."""
+    """A pan joint followed by two joints, ``length_m`` apart; ``base`` is turned by 180°."""
     chain = [('base_link', 'turret', 'pan', '0 0 0.1', '0 0 1'),
              ('turret', 'upper', 'lift', '0 0.1 0', '0 1 0'),
              ('upper', 'lower', 'bend', f'0 0 {length_m}', '0 1 0')]
@@ -108,7 +108,7 @@ def model_line(tmp_path: Path, messages: Callable[[int, Time], List[Tuple[str, A
 
 @pytest.mark.parametrize('name', NAMES)
 def test_by_the_tool_on_tf(tmp_path: Path, name: str) -> None:
-    """What comes 30 ms late is dated by its stamp."""
+    """A message that arrives 30 ms late counts at the time of its stamp."""
     comment, found = model_line(tmp_path, lambda number, stamp: [('/tf', tf_message(
         [('base', 'tool0_controller', place(name, 'tool0', 'base', number))], stamp))], 0.03)
     assert found == name
@@ -133,7 +133,7 @@ MOVED: Dict[str, Tuple[str, Optional[Placement], Optional[Placement]]] = {
 @pytest.mark.parametrize('name', NAMES)
 @pytest.mark.parametrize('moved', MOVED)
 def test_by_poses(tmp_path: Path, name: str, moved: str) -> None:
-    """Also if the base is elsewhere, or the tool has an offset."""
+    """Also if the base is elsewhere or the tool has an offset."""
     frame, outer, inner = MOVED[moved]
 
     def message(number: int, stamp: Time) -> List[Tuple[str, Any]]:
@@ -160,7 +160,7 @@ def test_by_a_name(tmp_path: Path) -> None:
 
 
 def test_what_nothing_tells_apart_is_told(tmp_path: Path) -> None:
-    """Nor does a frame that stands still while the joints move."""
+    """A frame that stays fixed while the joints move does not help either."""
     comment, found = model_line(tmp_path, lambda number, stamp: [
         ('/robot/pose', pose_message('base_link', Placement((0.1, 0.0, 0.2)), stamp))])
     assert comment == ('nothing seen tells it from arm5.urdf and arm7.urdf, which have the same '

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a bag shows, which models suit it, and what is written to the disk."""
+"""The devices in a bag, the models that match it, and the files that are written."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -90,7 +90,7 @@ def test_what_a_bag_shows(tmp_path: Path, compression: str) -> None:
 
 @pytest.mark.parametrize('cycles', [30, 135, 240])
 def test_of_groups_of_joints_that_take_turns_all_are_seen(tmp_path: Path, cycles: int) -> None:
-    """However many messages there are, some of which are read."""
+    """This holds for any number of messages, of which only some are read."""
     groups = ('left', 'right', 'torso')
     bag = write_bag(tmp_path / 'a.bag', [('/joints', lambda _, name=name: JointState(
         name=[name], position=[0.0])) for name in groups], cycles)
@@ -114,7 +114,7 @@ def test_only_a_few_messages_are_read(tmp_path: Path, monkeypatch: pytest.Monkey
                         lambda self, position: read.append(position) or message(self, position))
     with Recording([bag]) as recording:
         look_into(recording)
-    assert len(read) < 700  # 500 of them on /tf_static, of 5000 in all
+    assert len(read) < 700  # 500 of them on /tf_static, which has 5000
 
 
 def test_a_configuration_of_a_bag(tmp_path: Path, package: Path, capsys: Any) -> None:
@@ -135,7 +135,7 @@ def test_a_configuration_of_a_bag(tmp_path: Path, package: Path, capsys: Any) ->
 
 
 def test_descriptions_in_a_bag(tmp_path: Path, package: Path) -> None:
-    """As a package has it it is named; another one is written beside the configuration."""
+    """One that a package has is named; another one is written next to the configuration."""
     text = XACRO[XACRO.index('<link'):].replace('${p}', 'left_')
     same = '<robot name="little">' + text
     other = same.replace('0 0 0.5', '0 0 0.6')
@@ -168,7 +168,7 @@ def test_joints_that_no_package_has(package: Path) -> None:
 
 
 def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
-    """A file with the hand alone has some of them, too."""
+    """A file with the hand alone has some of the joints, too."""
     (package / 'urdf' / 'a_hand.xacro').write_text(
         '<robot name="hand"><link name="a" /><link name="b" /><joint name="left_lift" '
         'type="continuous"><parent link="a" /><child link="b" /></joint></robot>')
@@ -179,7 +179,7 @@ def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
 @pytest.mark.parametrize('on_topic, told', [
     ((*JOINTS, 'gripper_joint'), '/arm/joint_states has joints that the model lacks, and that '
                                  'are not drawn: gripper_joint.'),
-    ((*JOINTS, 'rail', 'gripper_joint'), None),  # half of them are of something else
+    ((*JOINTS, 'rail', 'gripper_joint'), None),  # half of them belong to something else
     (('left_pan', 'gripper_joint'), None),
     (('left_pan', 'left_lift', 'left_turn', 'left_tilt', 'gripper_joint', 'rail'),
      '/arm/joint_states has joints that the model lacks, and that are not drawn: gripper_joint, '
@@ -189,7 +189,7 @@ def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
      'are: left_tilt.')])
 def test_a_model_may_lack_some_joints(tmp_path: Path, package: Path, on_topic: Tuple[str, ...],
                                       told: Optional[str]) -> None:
-    """Of a gripper, or of a track; or else the topic lacks some."""
+    """Those of a gripper or of a track; or the topic lacks some."""
     names = JOINTS if len(on_topic) < 4 or told is None else (*JOINTS, 'left_turn', 'left_tilt')
     (package / 'urdf' / 'little.urdf.xacro').write_text(urdf(
         ['left_base', *(f'left_{i}' for i in range(len(names)))], names))
@@ -213,7 +213,7 @@ def test_a_model_without_surplus_is_preferred(package: Path) -> None:
 
 
 def test_two_robots_of_one_model_on_one_topic(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a prefix each, and something else beside them."""
+    """Each has a prefix, and there is another device next to them."""
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
     file = 'ur_style_description/urdf/arm.xacro'
     joints = tuple(prefix + name for prefix in ('left_', 'right_')
@@ -231,7 +231,7 @@ def test_two_robots_of_one_model_on_one_topic(monkeypatch: pytest.MonkeyPatch) -
 def test_a_driver_may_put_a_prefix_before_the_joints(
         tmp_path: Path, package: Path, names: Tuple[str, ...], rest: Tuple[str, ...],
         prefix: Optional[str]) -> None:
-    """Of which the model knows nothing; one with more joints of that kind is another robot."""
+    """The model does not have the prefix; one with more joints of that kind is another robot."""
     (package / 'urdf' / 'little.urdf.xacro').write_text(urdf(['base', 'a', 'b', 'c'], names))
     bag = write_bag(tmp_path / 'a.bag', [
         ('/joint_states', lambda number: JointState(
@@ -261,7 +261,7 @@ def test_a_bag_without_devices(tmp_path: Path, capsys: Any) -> None:
     assert main(['new', bag, '-o', str(tmp_path / 'cell.xml')]) == 1
     message = capsys.readouterr().err
     assert message.startswith('cell: a.bag: no device was seen')
-    assert 'start the drivers' not in message  # of no use for what is recorded
+    assert 'start the drivers' not in message  # useless advice for a recording
     assert not (tmp_path / 'cell.xml').exists()
 
 
@@ -298,7 +298,7 @@ def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     ('panda_style_description/robots/arm.urdf.xacro', ())])
 def test_makers_models_are_found_by_joints(monkeypatch: pytest.MonkeyPatch, file: str,
                                            arguments: Tuple[Tuple[str, str], ...]) -> None:
-    """With the prefix that the names of the joints have, and with the hand that has more joints."""
+    """With the prefix of the joint names, and with the hand that has more joints."""
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
     joints = load_robot_description(str(MAKERS / file), arguments).joints
     topic = SeenTopic('/driver/joint_states', 'sensor_msgs/JointState', joints=tuple(joints))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values read by a definition are those that ROS' own classes read."""
+"""Values read by a definition equal those read by ROS' own classes."""
 from __future__ import annotations
 
 import io

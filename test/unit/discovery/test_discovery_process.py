@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What ``cell new`` proposes as the runs of a recorded process."""
+"""The runs that ``cell new`` proposes for a recorded process."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -29,13 +29,13 @@ PLC = 'bool busy\nint32 state\nuint8 variant\nplc_msgs/Lamps lamps\n' + '=' * 80
 
 
 def durations_s(random: np.random.Generator) -> List[float]:
-    """Of the states of a run; in the second one an operator is waited for."""
+    """Durations of the states of a run; in the second state it waits for an operator."""
     usual = [0.8, 3.0, 1.5, 2.0, 0.6] * (1.0 + 0.01 * random.standard_normal(5))
     return [float(usual[0]), float(random.uniform(1.0, 6.0)), *map(float, usual[2:])]
 
 
 def recorded(path: Path, runs: int, is_custom: bool, wait: bool = True, count: int = 3) -> str:
-    """A bag of a process with a bit, a state, a place in a pattern, a variant and a counter."""
+    """A bag of a process with a bit, a state, a position in a pattern, a variant and a counter."""
     random, now_s = np.random.default_rng(1), 0.0
     plc = generate_dynamic('plc_msgs/Plc', PLC)['plc_msgs/Plc']
     with rosbag.Bag(str(path), 'w') as bag:
@@ -66,7 +66,7 @@ def recorded(path: Path, runs: int, is_custom: bool, wait: bool = True, count: i
 
 
 def proposed(folder: Path, bag: str, capsys: pytest.CaptureFixture[str]) -> Tuple[str, str]:
-    """The text of the configuration, and what was said."""
+    """The text of the configuration, and the printed output."""
     path = folder / 'cell.xml'
     assert main(['new', bag, '-o', str(path)]) == 0
     said = capsys.readouterr().out
@@ -84,7 +84,7 @@ def test_runs_phases_and_groups_are_proposed(tmp_path: Path,
             'place="plc/pattern_index" />') in text
     assert '<phase name="state 20" from="state 20" to="state 30" wait="true" />' in text
     assert text.count('wait=') == 1 and text.count('<phase ') == len(STATES)
-    assert 'topic="plc/state"' not in text.replace('/plc/state', '')  # it is no arrow
+    assert 'topic="plc/state"' not in text.replace('/plc/state', '')  # it is not an arrow
     assert main(['runs', bag, '--config', str(tmp_path / 'cell.xml')]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 12 and 'plc/variant 0' in lines[0] and 'plc/pattern_index 1' in lines[1]
@@ -143,7 +143,7 @@ def test_a_stored_configuration_is_completed_with_what_a_run_is(
     assert 'by hand' in text
     assert ('6 runs of' in said) == is_proposed == ('<run begin="busy begins"' in text)
     assert 'group="plc/variant"' in text or not is_proposed
-    assert 'plc/pattern_index' not in text.partition('<visualizer')[2]  # no device has it
+    assert 'plc/pattern_index' not in text.partition('<visualizer')[2]  # it is in no device
     assert end in text
 
 
@@ -161,7 +161,7 @@ def state(label: str, values: np.ndarray) -> StateNumber:
 
 
 def attributes(*known: StateNumber) -> List[Dict[str, str]]:
-    """Those of all elements that are proposed."""
+    """The attributes of all proposed elements."""
     found = proposed_process(known)
     return [] if found is None else [it.attributes for it in found.elements]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A configuration that a bag holds is what a new one begins from."""
+"""A new configuration starts from the one in the bag."""
 from __future__ import annotations
 
 import re
@@ -42,7 +42,7 @@ OVEN = '''<visualizer><device type="other" name="oven"><base frame="oven" />
 
 @pytest.fixture
 def bag(tmp_path: Path) -> str:
-    """As our recorder writes it, with one topic more."""
+    """A bag as our recorder writes it, with one more topic."""
     return write_bag(tmp_path, CELL, {'speed': 'a"<b', 'side': 'right'})
 
 
@@ -68,7 +68,7 @@ def write_bag(tmp_path: Path, text: str, arguments: Dict[str, str], x: float = 1
                                    '{folder}/models/arm.urdf'])
 def test_a_model_outside_of_the_folder_comes_beside_the_configuration(tmp_path: Path,
                                                                       place: str) -> None:
-    """On another computer it is not where it was."""
+    """On another computer it is not at its old path."""
     named = place.format(folder=tmp_path)
     (tmp_path / 'models').mkdir()
     (tmp_path / 'models' / 'arm.urdf').write_text(URDF)
@@ -114,7 +114,7 @@ XACRO = '''<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg na
 
 
 def test_a_model_is_what_was_read_of_it_with_limits(tmp_path: Path) -> None:
-    """In the new configuration, which is the user's own, nothing in it is evaluated once more."""
+    """The new configuration belongs to the user; nothing in its model is evaluated again."""
     (tmp_path / 'was' / 'models').mkdir(parents=True)
     (tmp_path / 'was' / 'models' / 'arm.xacro').write_text(XACRO)
     given = '<model path="models/arm.xacro"><arg name="n" value="v" /></model>'
@@ -153,7 +153,7 @@ def test_two_devices_with_one_model_have_their_own_arguments(tmp_path: Path) -> 
 def test_an_argument_is_no_expression_of_a_model(tmp_path: Path) -> None:
     bag = write_two(tmp_path, "' + str(1) + '")
     assert main(['new', bag, '-o', str(tmp_path / 'cell.xml')]) == 0
-    assert not list(tmp_path.glob('*.xacro'))  # it is made from what the topics say
+    assert not list(tmp_path.glob('*.xacro'))  # it is made from the topics
 
 
 def test_frames_that_were_calibrated(tmp_path: Path) -> None:
@@ -165,7 +165,7 @@ def test_frames_that_were_calibrated(tmp_path: Path) -> None:
 
 
 def test_a_configuration_that_cannot_be_used_here(tmp_path: Path) -> None:
-    """What the bag shows is written then, and why."""
+    """Then the devices in the bag are written, with the reason."""
     bag = write_bag(tmp_path, CELL.replace('path="models/', 'pkg="gone_package" path="'),
                     {'speed': '1'})
     cell = new_cell(bag, tmp_path / 'new')

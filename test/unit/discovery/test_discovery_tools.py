@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's tool that comes as a frame on tf is found; what is only a guess stays a comment."""
+"""A robot's tool that is a frame on tf is found; a mere guess remains a comment."""
 from __future__ import annotations
 
 import dataclasses
@@ -74,12 +74,12 @@ def joints(namespace: str, names: Sequence[str]) -> SeenTopic:
 
 def ur_cell(tmp_path: Path, *frames: SeenTransform, topics: Sequence[SeenTopic] = ()
             ) -> Tuple[str, Cell]:
-    """What is written for a UR and frames on tf."""
+    """The configuration for a UR and frames on tf."""
     return written(Seen('x', (TF, joints('/ur', UR_JOINTS), *topics), frames), [ur()], tmp_path)
 
 
 def tool(device: Device) -> str:
-    """The frame on tf that is a robot's tool, '' without one; another topic by its name."""
+    """The robot's tool frame on tf, '' without one; for another topic, the topic's name."""
     topic = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
     if topic is None:
         return ''
@@ -155,7 +155,7 @@ def test_the_likeliest_is_taken(tmp_path: Path, frames: Sequence[SeenTransform],
 
 
 def test_a_robot_that_stands_still(tmp_path: Path) -> None:
-    """Something else of its model moves."""
+    """Another part of its model moves."""
     text, cell = ur_cell(tmp_path, UR_FRAME._replace(changes=False), sent('base_link', 'arm'),
                          sent('base', 'lid', True))
     assert tools(cell) == ['tool0_controller']
@@ -175,7 +175,7 @@ def test_a_camera_on_the_tool_is_fixed_to_its_frame(tmp_path: Path) -> None:
 
 
 def test_two_robots_of_one_model(tmp_path: Path) -> None:
-    """With prefixes on tf each has its own frame; without, nobody knows whose a frame is."""
+    """With prefixes on tf each has its own frame; without, a frame could be of either robot."""
     models = [ur('/left'), ur('/right')]
     topics = TF, joints('/left', UR_JOINTS), joints('/right', UR_JOINTS)
     frames = tuple(sent(f'{side}/{parent}', f'{side}/{child}', True) for side in ('left', 'right')
@@ -236,7 +236,7 @@ ROWS: List[Tuple[str, Callable[[int], Any]]] = [
 
 
 def new_cell(tmp_path: Path, rows: Sequence[Tuple[str, Callable[[int], Any]]]) -> Cell:
-    """What ``cell new`` writes for a bag, which ``cell check`` passes."""
+    """The configuration that ``cell new`` writes for a bag, and ``cell check`` accepts."""
     bag, config = str(tmp_path / 'a.bag'), str(tmp_path / 'cell.xml')
     with rosbag.Bag(bag, 'w') as file:
         for number in range(10):

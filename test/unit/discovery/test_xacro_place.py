@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The place where xacro stopped, found again in its files."""
+"""The position at which xacro stopped, found again in its files."""
 from __future__ import annotations
 
 from pathlib import Path

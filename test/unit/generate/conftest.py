@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Fixtures: cells from text, launch files from cells, and a package to find things in."""
+"""Fixtures: cells from text, launch files from cells, and a package with files."""
 from __future__ import annotations
 
 import os
@@ -18,7 +18,7 @@ from process_visualizer.generate.launch_file import LaunchFileBuilder
 
 @pytest.fixture
 def parse(tmp_path: Path) -> Callable[[str], Cell]:
-    """Parses the inside of a <visualizer>."""
+    """Parses the content of a <visualizer>."""
     def parse_text(text: str) -> Cell:
         path = tmp_path / 'cell.xml'
         path.write_text(f'<visualizer>{text}</visualizer>', encoding='utf-8')
@@ -42,7 +42,7 @@ def build(parse: Callable[[str], Cell], tmp_path: Path) -> Callable[..., ROSLaun
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package "my_cell", found beside all others."""
+    """A package "my_cell", found next to all others."""
     folder = tmp_path / 'packages' / 'my_cell'
     for name in ('launch', 'urdf'):
         (folder / name).mkdir(parents=True)

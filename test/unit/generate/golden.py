@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The golden files: which there are, how they are made, and what of them is compared."""
+"""The golden files: their list, how they are made, and which parts are compared."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -38,7 +38,7 @@ def make_plan(case: str, make: Callable[[Choice], Plan] = generate) -> Plan:
 
 
 def golden_texts(plan: Plan) -> Dict[str, str]:
-    """The texts of launch file and RViz file by their endings, free of this machine's paths."""
+    """The texts of launch file and RViz file by their endings, without paths of this machine."""
     return {'.launch': without_paths(plan.files[LAUNCH_FILE]),
             '.rviz': without_paths(plan.files[RVIZ_FILE])}
 

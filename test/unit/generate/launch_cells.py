@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small cells, and what roslaunch makes of their launch files."""
+"""Small cells, and their launch files as roslaunch loads them."""
 from __future__ import annotations
 
 import tempfile
@@ -18,7 +18,7 @@ HERE = Location('cell.xml', 1)
 
 
 def device(elements: str, kind: str = 'other') -> str:
-    """Return a device of a configuration."""
+    """Return the text of a device."""
     return f'<device type="{kind}" name="d">{elements}</device>'
 
 
@@ -36,7 +36,7 @@ def launch_text(cell: Cell, mode: Mode = Mode.REALTIME, **options: object) -> st
 
 
 def loaded(cell: Cell, mode: Mode = Mode.REALTIME, **options: object) -> ROSLaunchConfig:
-    """Return what roslaunch makes of it."""
+    """Return the launch file as roslaunch loads it."""
     with tempfile.TemporaryDirectory() as folder:
         return load_text(launch_text(cell, mode, **options), Path(folder))
 

@@ -13,7 +13,7 @@ from process_visualizer.generate.plan import CONFIGURATION_FILE
 
 
 def load_file(path: Path) -> ROSLaunchConfig:
-    """What roslaunch makes of a launch file; fails when it complains about anything."""
+    """The launch file as roslaunch loads it; fails on any complaint."""
     config = ROSLaunchConfig()
     loader = XmlLoader(resolve_anon=False)
     loader.ignore_unset_args = False
@@ -36,7 +36,7 @@ def nodes(config: ROSLaunchConfig) -> Dict[str, Node]:
 
 
 def parameters(config: ROSLaunchConfig, prefix: str = '/') -> Dict[str, object]:
-    """The parameters below a namespace, by their names there."""
+    """The parameters below a namespace, by their relative names."""
     return {name[len(prefix):].lstrip('/'): param.value for name, param in config.params.items()
             if name.startswith(prefix)}
 

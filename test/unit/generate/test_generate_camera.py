@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The camera: all is in the picture, as large as it can be, from any side and in any window."""
+"""The camera: everything is in view, as large as possible, from any side and in any window."""
 from __future__ import annotations
 
 import itertools
@@ -19,7 +19,7 @@ Point = Tuple[float, float, float]
 
 
 def in_picture(points: np.ndarray, pose: dict, view: dict, aspect: float) -> np.ndarray:
-    """Where points are in the picture: (n, 2), from -1 to 1 between its edges."""
+    """Image coordinates of points: (n, 2), from -1 to 1 between the edges."""
     axes = camera_axes(view['Pitch'], view['Yaw'])
     focus = np.array([pose['Focal Point'][axis] for axis in 'XYZ'])
     across = (points - focus) @ axes
@@ -82,5 +82,5 @@ def test_grid_suits_what_is_on_it(size: float, cell: float) -> None:
 def test_aspect_of_windows() -> None:
     """As measured in RViz under Xvfb: the scene is 1180 x 869 in a window of 1560 x 960."""
     assert scene_aspect(1560, 960) == pytest.approx(1180 / 869, abs=0.03)
-    assert scene_aspect(1024, 700) > scene_aspect(1560, 960)  # no list of displays there
+    assert scene_aspect(1024, 700) > scene_aspect(1560, 960)  # without the list of displays
     assert scene_aspect(10, 10) > 0

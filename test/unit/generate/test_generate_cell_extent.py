@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The space that cells take, which the first picture shows."""
+"""The space that cells take up, for the initial view."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -21,7 +21,7 @@ Parse = Callable[[str], Cell]
 
 
 def extent(cell: Cell) -> Dict[str, List[List[float]]]:
-    """The lowest and the highest corner of what is seen of each device."""
+    """The lowest and the highest visible corner of each device."""
     descriptions, problems = describe_devices(cell.devices)
     assert not problems
     return {name: [points.min(axis=0).round(3).tolist(), points.max(axis=0).round(3).tolist()]
@@ -51,7 +51,7 @@ def test_machine_at_its_base(package: Path, parse: Parse) -> None:
 
 @pytest.mark.parametrize(('model', 'base'), [(UR, 'base_link'), (PANDA, 'panda_link0')])
 def test_arm_with_its_reach(model: Path, base: str, package: Path, parse: Parse) -> None:
-    """On its table, 5 m from the origin, it is seen wherever it reaches, but not in the table."""
+    """On its table, 5 m from the origin, it is in view in its whole reach, except in the table."""
     low, high = np.array(extent(parse(arm(package, model, base, 'xyz="5 0 0.8"')))['arm'])
     place = np.array([5.0, 0.0, 0.8])
     assert (high - place > [0.5, 0.5, 0.8]).all()
@@ -107,7 +107,7 @@ def test_without_a_model_there_is_room_around_the_base(parse: Parse) -> None:
 @pytest.mark.parametrize(('low', 'high', 'default'), [
     (-1.0, 2.0, 0.0), (0.5, 1.5, 1.0), (-3.0, -0.1, -1.55)])
 def test_default_positions_obey_the_limits(low: float, high: float, default: float) -> None:
-    """As of joint_state_publisher: zero, or the middle where zero is not possible."""
+    """As with joint_state_publisher: zero, or the middle if zero is not allowed."""
     urdf = ('<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="prismatic">'
             f'<parent link="a"/><child link="b"/><limit lower="{low}" upper="{high}"/>'
             '</joint></robot>')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator chooses."""
+"""The choices of the operator."""
 from __future__ import annotations
 
 from typing import Callable, List, Optional

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models that are data: those of makers are read as ever, and nothing else is."""
+"""Models that are data: makers' models are read as usual, and nothing else is."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -79,7 +79,7 @@ _SHAPE = '<{}visual{}><geometry><mesh filename="http://127.0.0.1:9/a.dae"/></geo
     '<material name="m" xmlns="x"><texture filename="http://127.0.0.1:9/a.png"/></material>',
     f'<!-- {_SHAPE.format("", "", "")} -->'], ids=['visual', 'above', 'mesh', 'texture', 'comment'])
 def test_no_namespace_hides_what_rviz_would_fetch(content: str, tmp_path: Path) -> None:
-    """RViz's reader of XML knows no namespaces: to it, an element in one is like any other."""
+    """RViz's XML reader ignores namespaces: an element in one is like any other."""
     model = urdf(tmp_path, content)
     assert '127.0.0.1' not in model.text
     assert bool(model.ignored) == ('<!--' not in content)

@@ -20,7 +20,7 @@ HERE = Location('cell.xml', 1)
 
 
 class Fact(NamedTuple):
-    """What the sources of RViz 1.14 say of a display type."""
+    """Facts about a display type from the sources of RViz 1.14."""
 
     topic_key: Optional[str]
     message_type: Optional[str]
@@ -127,10 +127,10 @@ def test_default_topic(name: str, displays: Displays) -> None:
     ('0', 0), ('-12', -12), ('0.50', 0.5), ('-1.25', -1.25), ('true', True), ('False', False),
     ('10; 20; 255', '10; 20; 255'), ('', ''), ('<Fixed Frame>', '<Fixed Frame>'),
     ('Flat Squares', 'Flat Squares'),
-    # YAML would make something else of these
+    # YAML would change these values
     ('yes', 'yes'), ('010', '010'), ('12:30', '12:30'), ('0x1F', '0x1F'), ('1_0', '1_0'),
     ('null', 'null'), ('#fff', '#fff'), ('5 # c', '5 # c'), ('[1, 2]', '[1, 2]'), ('"q"', '"q"'),
-    # and these it refuses, not always with an error of its own
+    # YAML refuses these, not always with an error of its own
     ('2020-13-45', '2020-13-45'), ('!!int x', '!!int x'), ('!!bool x', '!!bool x'), ('=', '='),
     ('a: b: c', 'a: b: c'), ('[' * 2000, '[' * 2000), ('9' * 5000, '9' * 5000)])
 def test_type_of_a_property(text: str, value: object) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launch files of devices: what is missing is a warning, and the rest starts."""
+"""Launch files of devices: missing ones are warnings, and the rest starts."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -17,7 +17,7 @@ Inspect = Callable[..., Tuple[List[str], List[str]]]
 
 @pytest.fixture
 def inspect(parse: Parse, package: Path, tmp_path: Path) -> Inspect:
-    """Usable launch files, and warnings without their beginning, of a text in d.launch."""
+    """Usable launch files, and warnings without their beginning, for a text in d.launch."""
     def look(text: str, inner: str = '', mode: Mode = Mode.REALTIME) -> Tuple[List[str], List[str]]:
         (package / 'launch' / 'd.launch').write_text(text, encoding='utf-8')
         cell = parse(f'<device type="other" name="d"><launch pkg="my_cell" type="d.launch">{inner}'
@@ -71,7 +71,7 @@ MISSING: Dict[str, Tuple[str, str]] = {
 
 @pytest.mark.parametrize('element, message', MISSING.values(), ids=MISSING)
 def test_missing_for_a_node(element: str, message: str, inspect: Inspect, package: Path) -> None:
-    """The file stays: its other nodes start."""
+    """The file is kept: its other nodes start."""
     paths, warnings = inspect(launch(element + '<node pkg="rosout" type="rosout" name="other"/>'))
     assert paths == [str(package / 'launch' / 'd.launch')]
     assert warnings == [f'd.launch: {message}; the device starts without it']

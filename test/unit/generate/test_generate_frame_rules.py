@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Frames that elements of a configuration name, and nothing has."""
+"""Frames that elements of a configuration name, but that do not exist."""
 from __future__ import annotations
 
 from typing import Callable, List, Tuple

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Generated files of the sewing cell against golden ones, and in roslaunch's own eyes."""
+"""Generated files of the sewing cell, compared with golden ones and loaded by roslaunch."""
 from __future__ import annotations
 
 import json
@@ -44,7 +44,7 @@ def plans() -> Dict[str, Plan]:
 @pytest.fixture(scope='module')
 def loaded(plans: Dict[str, Plan],
            tmp_path_factory: pytest.TempPathFactory) -> Dict[str, ROSLaunchConfig]:
-    """The launch files of all cases, in roslaunch's words."""
+    """The launch files of all cases, as roslaunch loads them."""
     configs = {}
     for case, plan in plans.items():
         folder = tmp_path_factory.mktemp(case)

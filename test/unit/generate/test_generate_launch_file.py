@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The generated launch file, as roslaunch's own loader understands it."""
+"""The generated launch file, as roslaunch's own loader reads it."""
 from __future__ import annotations
 
 import shlex
@@ -39,7 +39,7 @@ def test_program_parts_of_an_empty_cell(build: Build) -> None:
 @pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, None), (Mode.PLAYBACK, '/a.bag')])
 def test_what_records_or_plays_begins_at_the_rate_of_1(mode: Mode, bag: 'str | None',
                                                        build: Build) -> None:
-    """The last player may have left another one."""
+    """The last player may have left another rate."""
     config = build(device(TOPICS), mode=mode, bag=bag)
     assert parameters(config)['process_visualizer/playback_rate'] == 1.0
 
@@ -59,7 +59,7 @@ def test_machine(build: Build) -> None:
     (Mode.REALTIME, None, 'far'), (Mode.PLAYBACK, '/a.bag', None)])
 def test_the_nodes_of_a_device_run_on_its_machine_while_it_is_live(
         mode: Mode, bag: 'str | None', machine: 'str | None', build: Build) -> None:
-    """What is played is shown by this computer alone: the other one may be off."""
+    """Only this computer shows a recording: the other one may be off."""
     config = build(
         '<machine name="far" address="pc" env-loader="/e"/><machine name="b" address="b" '
         'env-loader="/e"/><device type="depth_sensor" name="s" machine="far">'
@@ -89,7 +89,7 @@ def test_defaults_of_a_node(build: Build) -> None:
 
 
 def test_cleared_parameters(build: Build) -> None:
-    """Those of the watch too: what it has seen in another run is none of this one's."""
+    """Also those of the watch: its observations in another run do not apply to this one."""
     config = build(device('<node pkg="a" type="b" name="n" clear_params="1"/>'))
     assert sorted(config.clear_params) == ['/d/n/', '/scene_watch/', '/view_relay/']
 
@@ -97,7 +97,7 @@ def test_cleared_parameters(build: Build) -> None:
 @pytest.mark.parametrize('text, value', [
     ('1', True), ('0', False), ('TRUE', True), ('False', False)])
 def test_every_way_to_write_a_truth_value(text: str, value: bool, build: Build) -> None:
-    """The configuration takes 1 and 0, roslaunch does not."""
+    """The configuration accepts 1 and 0, roslaunch does not."""
     config = build(device(f'<node pkg="a" type="b" name="n" required="{text}"/>'
                           f'<node pkg="a" type="b" name="m" respawn="{text}"/>'
                           f'<rosparam subst_value="{text}">a: b</rosparam>'))
@@ -283,7 +283,7 @@ def test_no_recorder(mode: Mode, topics: str, build: Build) -> None:
 
 
 def test_nothing_to_play(build: Build) -> None:
-    """The player would refuse --topics without any."""
+    """The player would refuse --topics without any topic."""
     config = build(device('<topic name="secret" record="False"/>'), mode=Mode.PLAYBACK, bag='/a')
     assert '/bag_player' not in nodes(config)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whatever text a configuration has, its launch file has it too."""
+"""Any text of a configuration is kept in its launch file."""
 from __future__ import annotations
 
 import tempfile
@@ -45,7 +45,7 @@ def test_comments_of_any_kind(name: str) -> None:
 @settings(max_examples=50)
 @given(TEXTS)
 def test_any_text_survives_in_attributes(text: str) -> None:
-    """roslaunch takes the white space from both ends of a parameter's value."""
+    """roslaunch strips whitespace from both ends of a parameter's value."""
     parameter = RoslaunchElement('param', {'name': 'p', 'value': text, 'type': 'str'}, '', HERE)
     environment = RoslaunchElement('env', {'name': 'E', 'value': text}, '', HERE)
     node = Node('a', 'b', 'n', 'd', None, {'args': text, 'launch-prefix': text}, (environment,),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The XML of launch files: readable, and well-formed whatever is in it."""
+"""The XML of launch files: readable, and well-formed with any content."""
 from __future__ import annotations
 
 from xml.etree import ElementTree

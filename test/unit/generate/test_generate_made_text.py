@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A text that is made again only when its files have changed; with real files."""
+"""A text that is only made again when its files have changed; with real files."""
 from __future__ import annotations
 
 import os
@@ -16,7 +16,7 @@ OLD_S = 100.0
 
 
 def make_older(path: Path, age_s: float) -> None:
-    """Let the last change of a file be so long ago."""
+    """Move the last change of a file far into the past."""
     changed_s = time.time() - age_s
     os.utime(path, (changed_s, changed_s))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models in the style of robots' makers are used as they are: arguments, YAML, prefix."""
+"""Models in the style of robot makers are used as they are: arguments, YAML, prefix."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How large meshes are, in files of the three kinds that RViz reads."""
+"""Mesh sizes, in files of the three kinds that RViz reads."""
 from __future__ import annotations
 
 import os
@@ -82,7 +82,7 @@ def test_changed_file_is_read_again(tmp_path: Path) -> None:
 
 
 def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:
-    """A reader waits until somebody writes into it, and then for the end."""
+    """A reader waits until another process writes into it, and then for the end."""
     path = tmp_path / 'a.obj'
     os.mkfifo(path)
     writer = threading.Thread(target=path.write_bytes, args=(obj(),))
@@ -97,7 +97,7 @@ def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:
 
 
 def within_each_other(count: int) -> str:
-    """Return nodes each of which shows the next one twice."""
+    """Return nested nodes, each of which shows the next one twice."""
     twice = ''.join(f'<node id="n{number}">' + f'<instance_node url="#n{number + 1}"/>' * 2
                     + '</node>' for number in range(count))
     return f'<library_nodes>{twice}<node id="n{count}"><instance_geometry url="#g"/></node>' \

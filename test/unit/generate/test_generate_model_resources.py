@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models anywhere, with meshes beside them; what RViz would not find is told."""
+"""Models in any folder, with meshes next to them; missing files in RViz are reported."""
 from __future__ import annotations
 
 import re
@@ -49,7 +49,7 @@ def cell(folder: Path, path: str, base: str = 'base', rest: str = '', root: str 
 
 
 def checked(config: str, capsys: Any) -> List[str]:
-    """What is wrong with a configuration, by the element; nothing if all is well."""
+    """The problems of a configuration, by element; empty if there are none."""
     capsys.readouterr()
     status = main(['check', config])
     lines = capsys.readouterr().err.replace(f'{config}:', '').splitlines()
@@ -58,7 +58,7 @@ def checked(config: str, capsys: Any) -> List[str]:
 
 
 def meshes(config: str) -> List[str]:
-    """The meshes that RViz is told to show."""
+    """The meshes in RViz's display."""
     descriptions, problems = describe_devices(XmlParser().parse(config).devices)
     assert problems == []
     return re.findall('<mesh filename="(.*?)"', descriptions['arm'].text)
@@ -91,7 +91,7 @@ def test_the_model_of_a_package_is_in_it(tmp_path: Path, capsys: Any) -> None:
     ('meshes/a &amp; b.stl', 'robot/meshes/a & b.stl'),
     ('package://robot/meshes/a.stl', 'robot/meshes/a.stl'),
     ('package://others/meshes/a.stl', 'others/meshes/a.stl'),
-    ('package://described/a.stl', 'robot/a.stl'),  # as its package.xml says
+    ('package://described/a.stl', 'robot/a.stl'),  # according to its package.xml
     ('package://known/meshes/a.stl', 'installed/known/meshes/a.stl')])
 @pytest.mark.parametrize('ending', ['urdf', 'urdf.xacro'])
 def test_meshes_beside_a_model(tmp_path: Path, capsys: Any, named: str, place: str,
@@ -147,7 +147,7 @@ def test_xacro_finds_packages_beside_the_file(tmp_path: Path, capsys: Any) -> No
     (['https://example.com/a.stl'], [])])
 def test_what_rviz_will_not_find_is_told(tmp_path: Path, capsys: Any, names: List[str],
                                          told: List[str]) -> None:
-    """And the cell runs all the same."""
+    """The cell runs anyway."""
     (tmp_path / 'r.urdf').write_text(model(*names))
     config = cell(tmp_path, 'r.urdf')
     wanted = [f'2: <model>: {it.format(tmp=tmp_path)}' for it in told]
@@ -165,7 +165,7 @@ def test_a_few_of_many_are_named(tmp_path: Path, capsys: Any) -> None:
 
 
 def test_another_link_that_is_called_like_the_global_frame(tmp_path: Path, capsys: Any) -> None:
-    """The whole cell would hang on it."""
+    """The whole cell would be attached to it."""
     (tmp_path / 'r.urdf').write_text(
         '<robot name="r"><link name="base"/><link name="world"/><joint name="j" type="fixed">'
         '<parent link="base"/><child link="world"/></joint></robot>')
@@ -178,7 +178,7 @@ def test_another_link_that_is_called_like_the_global_frame(tmp_path: Path, capsy
 
 
 def test_a_root_link_that_is_called_like_the_global_frame(tmp_path: Path, capsys: Any) -> None:
-    """As many makers' are; both ways that are told lead out."""
+    """As in many makers' models; both suggested ways solve the problem."""
     (tmp_path / 'r.urdf').write_text(model(root='world'))
     way = ('as that is the global frame, write prefix="arm_" in <model> and frame="arm_world" in '
            '<base>, or call the global frame otherwise: <visualizer frame="cell">')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The crop of a depth sensor runs where the sensor's nodelets run, if that is known."""
+"""The crop of a depth sensor runs in the sensor's nodelet manager, if that is known."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -25,7 +25,7 @@ ALONE = 'standalone process_visualizer/RoiFilter'
 
 @pytest.fixture
 def crop(parse: Parse, package: Path, tmp_path: Path) -> Crop:
-    """The arguments of the crop's node, for elements of the sensor and of its launch file."""
+    """The arguments of the crop node, for elements of the sensor and of its launch file."""
     def arguments(elements: str, included: str = '', mode: Mode = Mode.REALTIME) -> str:
         (package / 'launch' / 'd.launch').write_text(f'<launch>{included}</launch>')
         cell = parse(SENSOR.format(elements))
@@ -97,7 +97,7 @@ def joined(parse: Parse, tmp_path: Path, first: str, second: str) -> 'Dict[str, 
 
 
 def test_fusion_in_the_manager_of_all_sensors(parse: Parse, tmp_path: Path) -> None:
-    """What another device starts may end without this one: bonds, and respawning."""
+    """Another device's manager may end without this device: bonds, and respawning."""
     found = joined(parse, tmp_path, MANAGER.format('m'), LOAD.format('n', '/left/m'))
     assert found['/left/roi_filter'] == 'load process_visualizer/RoiFilter /left/m --no-bond'
     assert found['/right/roi_filter'] == 'load process_visualizer/RoiFilter /left/m respawn'

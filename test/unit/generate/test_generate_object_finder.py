@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The nodelet that finds what nobody modeled, as the launch file starts it."""
+"""The nodelet that finds unmodeled objects, as the launch file starts it."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Optional

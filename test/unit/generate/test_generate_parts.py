@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launch files of the parts: together what the one launch file is, and when they change."""
+"""The launch files of the parts: together they equal the single launch file; their changes."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -43,7 +43,7 @@ def plan(parse: Parse, package: Path) -> Callable[..., Plan]:
 
 
 def changed(before: Plan, after: Plan) -> 'set[str]':
-    """The names of parts that are not in both, or not the same."""
+    """The names of parts that are not in both, or differ."""
     return {name for name in {*before.parts, *after.parts}
             if before.parts.get(name) != after.parts.get(name)}
 

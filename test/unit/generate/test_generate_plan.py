@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files are written whole or not at all."""
+"""Files are written completely or not at all."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -24,7 +24,7 @@ def plan(**files: str) -> Plan:
 
 
 def contents(folder: Path) -> Dict[str, str]:
-    """Everything in the folder, hidden files and folders too."""
+    """Everything in the folder, including hidden files and folders."""
     return {path.name: path.read_text() if path.is_file() else 'folder'
             for path in folder.iterdir()}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Topics of a recording that the operator leaves out are not played."""
+"""Topics of a recording that the operator deselects are not played."""
 from __future__ import annotations
 
 import shlex
@@ -27,7 +27,7 @@ def everything(parse: Callable[[str], Cell]) -> Choice:
 
 
 def played(choice: Choice, folder: Path) -> List[str]:
-    """What the player is told; nothing if there is none."""
+    """The topic arguments of the player; empty without a player."""
     launched = nodes(load_text(LaunchFileBuilder(choice, {}, {}).text(), folder))
     player = launched.get('/bag_player')
     words = [] if player is None else shlex.split(player.args)

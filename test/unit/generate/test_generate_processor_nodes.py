@@ -25,7 +25,7 @@ STONE = RobotDescription('<robot/>', ('base',), {}, {})
 
 
 def written(robot: Device, description: Optional[RobotDescription]) -> Dict[str, Any]:
-    """The parameters of a robot processor as the launch file has them."""
+    """The parameters of a robot processor in the launch file."""
     return robot_parameters(robot, description).to_parameters()
 
 
@@ -63,9 +63,9 @@ def test_which_nodes(kind: str, elements: str, description: Optional[RobotDescri
 @pytest.mark.parametrize(('kind', 'frequency_hz'), [('robot', 1e6), ('other', 100.0)])
 def test_each_state_of_joint_proc_becomes_frames(kind: str, frequency_hz: float,
                                                  parse: Parse) -> None:
-    """Else the last of two states within 10 ms is left out, and a paused robot is not there yet.
+    """Otherwise the last of two states within 10 ms is lost, and a paused robot is not at its pose.
 
-    One that is not newer at all is no state of its own: after a jump it would be an old pose.
+    A state that is not newer does not count: after a jump it would be an old pose.
     """
     publisher = nodes_of(parse, kind, '', ARM)[0]
     assert publisher.name == 'robot_state_publisher'
@@ -182,7 +182,7 @@ def test_tool_frame_in_tf(parse: Parse) -> None:
 
 
 def test_frames_of_the_maker(parse: Parse) -> None:
-    """What the driver calls its frames, and in which its arrays are."""
+    """The driver's frame names, and the frames of its arrays."""
     robot = device(parse, 'robot', '<model pkg="p" path="a.urdf" prefix="left_"/>'
                    '<topic name="t" type="tool_center_frame" parentframe="/left_base"/>')
     parameters = written(robot, None)

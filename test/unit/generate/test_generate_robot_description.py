@@ -301,7 +301,7 @@ def test_robots_with_equal_links(package: Path) -> None:
     (package / 'c.urdf').write_text(robot(links('other')))
     found, problems = describe([device('a.urdf', 'a'), device('b.urdf', 'b'),
                                 device('c.urdf', 'c')])
-    assert found == ['a', 'c']  # what is refused claims no names
+    assert found == ['a', 'c']  # refused models reserve no names
     assert problems == ['cell.xml:7: <model>: the link "tool" is also in the model of "a"; link '
                         'names must differ: write prefix="b/" in <model>, and the same before the '
                         'frames in <base>, <tool>, <force>']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which link of a model is the tool frame, where the configuration does not say."""
+"""The tool frame in a model, if the configuration does not name it."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two Kinects by the sewing cell's launch files: names of their own, and what they share."""
+"""Two Kinects from the sewing cell's launch files: their own names, and the shared parts."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -28,7 +28,7 @@ SHARED = '<arg name="manager" value="/camera/camera_nodelet_manager" />'
 
 
 def launched(parse: Parse, folder: Path, text: str) -> ROSLaunchConfig:
-    """What roslaunch makes of the cell's launch file."""
+    """The cell's launch file as roslaunch loads it."""
     cell = parse(text)
     plan = generate(Choice(cell, Mode.REALTIME, cell.devices, RvizStart.NONE))
     left_out = [str(it) for it in plan.warnings if 'left out' in str(it)]

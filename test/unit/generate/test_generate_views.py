@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Views that the operator has saved: files, and what they change of the generated view."""
+"""Views that the operator saved: files, and their changes of the generated view."""
 from __future__ import annotations
 
 import copy
@@ -34,7 +34,7 @@ Config = Dict[str, Any]
 
 @pytest.fixture(autouse=True)
 def ros_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder that views are saved below."""
+    """The folder that contains the saved views."""
     monkeypatch.setenv('ROS_HOME', str(tmp_path / 'home'))
     return tmp_path / 'home'
 
@@ -62,7 +62,7 @@ def generated(parse: Callable[[str], Cell]) -> Config:
 
 
 def displays(config: Config) -> Config:
-    """All displays by their names, those in groups too."""
+    """All displays by name, including those in groups."""
     found: Config = {}
 
     def add(items: Any) -> None:
@@ -198,7 +198,7 @@ VALUES = st.recursive(st.none() | st.integers() | st.text(max_size=5),
 
 @given(VALUES, VALUES, VALUES)
 def test_files_that_a_hand_has_broken(options: Any, shown: Any, window: Any) -> None:
-    """Whatever stands there, the generated displays come out."""
+    """The generated displays survive any content of the file."""
     ours = {'Visualization Manager': {
         'Global Options': {'Fixed Frame': 'world'},
         'Displays': [{'Class': 'rviz/Group', 'Name': 'cam', 'Displays': [
@@ -255,4 +255,4 @@ def test_choice_with_window_and_view(parse: Callable[[str], Cell], generated: Co
     config = yaml.safe_load(plan.files[RVIZ_FILE])
     assert displays(config)['Points']['Size (Pixels)'] == 9
     assert config['Window Geometry'] == window_geometry(WINDOW, saved['Window Geometry'])
-    assert plan.parts[RVIZ_PART] == plain.parts[RVIZ_PART]  # RViz need not be started anew
+    assert plan.parts[RVIZ_PART] == plain.parts[RVIZ_PART]  # RViz need not be restarted

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the node scene_watch is told of a cell."""
+"""The parameters of the node scene_watch for a cell."""
 from __future__ import annotations
 
 from typing import Callable

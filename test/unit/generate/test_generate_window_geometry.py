@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's window: its place on the screen, and what it shows beside the scene."""
+"""RViz's window: its position on the screen, and its docks."""
 from __future__ import annotations
 
 from process_visualizer.rviz.window_geometry import Rectangle, moved_aside, window_geometry
@@ -31,7 +31,7 @@ def test_docks_that_the_operator_has_chosen() -> None:
 
 
 def test_a_second_window_stays_on_its_screen() -> None:
-    """Of screens to the left of the first one, and above it, places are below 0."""
+    """On screens to the left of the first one, or above it, coordinates are negative."""
     room = Rectangle(-1920, -1080, 1920, 1080)
     window = {'X': -1900, 'Y': -1080, 'Width': 1000, 'Height': 70, 'Views': {}}
     assert moved_aside(window, room) == {

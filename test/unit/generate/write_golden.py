@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the golden files anew, from what is generated now.
+"""Writes the golden files again, from the current output.
 
-Run it in the environment of the workspace and look at what git says has changed:
-
-    ./scripts/build python3 test/unit/generate/write_golden.py && git diff test/data/golden
+Run it in the environment of the workspace and check the changes that git shows:
+./scripts/build python3 test/unit/generate/write_golden.py && git diff test/data/golden
 """
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Widgets are tested without a screen; this has to be said before Qt is loaded."""
+"""Widgets are tested without a screen, which must be set before Qt is loaded."""
 import os
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from recording_stand_in import StandInRecorder  # noqa: E402
 
 @pytest.fixture
 def qtbot(qapp: QApplication, request: pytest.FixtureRequest) -> PatientQtBot:
-    """pytest-qt's, with limits for a busy machine."""
+    """pytest-qt's qtbot, with timeouts for a busy machine."""
     return PatientQtBot(request)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that end when the test says so, and what else tests of them need."""
+"""Tasks that end on the test's command, and other shared helpers."""
 from __future__ import annotations
 
 from typing import Any, Callable, List, Optional, Tuple
@@ -13,7 +13,7 @@ Pending = Tuple[str, Callable[[], Any], Optional[Callable[[Any], None]],
 
 
 class HeldTasks:
-    """In place of Tasks: a task runs in the calling thread, when the test lets it."""
+    """Stand-in for Tasks: a task runs in the calling thread on the test's command."""
 
     def __init__(self) -> None:
         self.held: List[Pending] = []
@@ -37,24 +37,24 @@ class HeldTasks:
                 on_result(result)
 
     def end_all(self) -> None:
-        """Run all tasks, and those that come of them."""
+        """Run all tasks, and those that they start."""
         while self.held:
             self.end_one()
 
 
 def wait_for_line(tasks: Tasks, line: str, qtbot: QtBot) -> None:
-    """Wait until all present tasks of a line have ended, and their results have been taken."""
+    """Wait until all present tasks of a line have ended, and their results have been delivered."""
     ended: List[None] = []
     tasks.run(line, lambda: None, ended.append)
     qtbot.waitUntil(lambda: bool(ended))
 
 
 class Refused(Exception):
-    """What the recording client raises where the test wants it."""
+    """Error of the recording client on the test's request."""
 
 
 class RecordingClient:
-    """In place of PlayerClient: notes the commands; refuses the next one if told a reason."""
+    """Stand-in for PlayerClient: notes the commands; refuses the next one if given a reason."""
 
     def __init__(self) -> None:
         self.commands: List[Tuple[Any, ...]] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Takes the place of interactive_markers' server, which needs a node."""
+"""Stand-in for the interactive_markers server, which needs a node."""
 from __future__ import annotations
 
 from typing import Any, Callable, Dict
@@ -9,7 +9,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
 
 class MarkerServer:
-    """What is applied is what RViz shows."""
+    """Marker server that shows the applied markers, as in RViz."""
 
     def __init__(self) -> None:
         self.shown: Dict[str, InteractiveMarker] = {}
@@ -29,6 +29,6 @@ class MarkerServer:
         self.shown = dict(self._pending)
 
     def feed_back(self, event: int, name: str, pose: PoseMessage) -> None:
-        """Say what RViz would while the mouse does something."""
+        """Send RViz's feedback for a mouse event."""
         self._callbacks[name](InteractiveMarkerFeedback(
             marker_name=name, event_type=event, pose=pose))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A playback model with a player that the test plays itself."""
+"""A playback model with a player that the test controls."""
 from __future__ import annotations
 
 from typing import Any, List
@@ -14,7 +14,7 @@ PAUSED = PlayerSnapshot(stamp_s=1000.0, begin_s=500.0, duration_s=20.0, position
 
 
 class PlaybackStand:
-    """The model, its clock, and everything that it asks of the player or tells the operator."""
+    """The model, its clock, and all its requests to the player and messages to the operator."""
 
     def __init__(self) -> None:
         self.now_s = 1000.0
@@ -26,17 +26,17 @@ class PlaybackStand:
         self.snapshot = PAUSED
 
     def state(self, **changes: Any) -> PlayerSnapshot:
-        """Let the player tell a state, stamped now, that differs so from the one before."""
+        """Send a player state, stamped now, with these changes from the previous one."""
         changes.setdefault('stamp_s', self.now_s)
         self.snapshot = self.snapshot._replace(**changes)
         self.model.take_state(self.snapshot)
         return self.snapshot
 
     def play(self, rate: float = 1.0, **changes: Any) -> PlayerSnapshot:
-        """Let the player tell that it plays."""
+        """Send the state of a player that plays."""
         return self.state(paused=False, rate=rate, achieved_rate=rate, **changes)
 
     def commands(self) -> List[Any]:
-        """End all tasks and return what the player was asked for since the last call."""
+        """End all tasks and return the commands to the player since the last call."""
         self.tasks.end_all()
         return self.client.taken()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A desktop's portal, and a program that asks it; ends with 0 if it finds the expected theme.
+"""A desktop's portal, and a program that asks it; exits with 0 if it finds the expected theme.
 
 usage: portal_and_program.py SCHEME LATER-SCHEME EXPECTED
 """
@@ -59,7 +59,7 @@ def main() -> int:
         QCoreApplication.exit(0 if desktop.is_dark == (expected == 'dark') else 1)
 
     assert desktop._watcher is not None
-    desktop._watcher.finished.connect(take_answer)  # after the program has taken it
+    desktop._watcher.finished.connect(take_answer)  # after the program has received it
     return app.exec_()
 
 

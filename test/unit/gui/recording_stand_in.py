@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recorder that the tests command, devices, and the states that it would tell."""
+"""A recorder that the tests control, devices, and the states that it would send."""
 from __future__ import annotations
 
 import threading
@@ -39,7 +39,7 @@ def told(phase: str = 'idle', **values: Any) -> RecorderSnapshot:
 
 
 class StandInRecorder:
-    """Answers as told; while ``gate`` is not set every command waits."""
+    """Recorder with preset answers; while ``gate`` is not set every command waits."""
 
     def __init__(self) -> None:
         self.gate = threading.Event()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A session without the models that tell it what is in force."""
+"""A session without the models that normally set its values."""
 from __future__ import annotations
 
 from typing import Iterable, Optional
@@ -13,22 +13,22 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 
 def choose(session: Session, devices: Iterable[Device], file: str = '/cell.xml') -> None:
-    """Put a cell of these devices in force, all of them ticked."""
+    """Select a cell of these devices, all of them ticked."""
     open_cell(session, Cell(file, 'world', tuple(devices)))
 
 
 def open_cell(session: Session, cell: Cell) -> None:
-    """Put a cell in force, all its devices ticked."""
+    """Select a cell, with all its devices ticked."""
     session.set_cell(cell, cell.devices)
 
 
 def run(session: Session, mode: Optional[Mode], state: PartState = PartState.RUNNING) -> None:
-    """Let the cell run in a mode, its own parts in a state; None: nothing runs."""
+    """Let the cell run in a mode, with this state of its own parts; None: nothing runs."""
     cell = session.cell or Cell('/cell.xml', 'world', ())
     session.set_run(None if mode is None else Choice(cell, mode, session.chosen), mode is not None,
                     {part: PartReport(part, state) for part in (BAG_PART, FRAMES_PART)})
 
 
 def play(session: Session, *paths: str) -> None:
-    """Let a recording be open."""
+    """Open a recording."""
     session.set_recording(Catalog(paths, 0, 10.0, 0, 0, ()))

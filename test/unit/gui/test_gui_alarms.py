@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms in one place that never moves, and the list of what happened."""
+"""Alarms in a strip that never moves, and the list of events."""
 from __future__ import annotations
 
 import re
@@ -68,7 +68,7 @@ RECORDED = (('arm', 'edge is above 335, up to 424', 7.0, 9.0),)
 
 
 class Stand:
-    """A cell with an arm that runs; its clock is set by hand."""
+    """Cell with a running arm; its clock is set by hand."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
@@ -134,7 +134,7 @@ def test_the_end_of_an_alarm_with_its_value_fits_beside_the_buttons(stand: Stand
 
 def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
     for device, source in (('arm', 'arm'), ('', 'Frames')):
-        for node in ('/scene_watch', '/cell_frames'):  # both may say so
+        for node in ('/scene_watch', '/cell_frames'):  # both may report it
             stand.said.take_state(node, '/x/variable_proc', Severity.WARNING,
                                   'variable_proc does not answer: no limits', stand.now_s,
                                   {SILENT_NODE_KEY: '/x/variable_proc', CONCERNED_KEY: device})
@@ -147,7 +147,7 @@ def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
 
 
 def test_a_window_that_was_closed_while_it_was_asked_does_not_hang(stand: Stand) -> None:
-    """RViz hangs for seconds while it ends; whoever asked it last says so afterwards."""
+    """RViz hangs for seconds while it ends; the last node that asked it reports this afterward."""
     def report(state: NodeState, code: 'int | None' = None) -> None:
         stand.launch.reports = {**stand.launch.reports, RVIZ_PART: PartReport(
             RVIZ_PART, PartState.RUNNING, (NodeReport('/rviz', state, code),))}
@@ -274,7 +274,7 @@ def test_what_was_wrong_in_the_live_cell_is_not_over_in_playback(stand: Stand) -
 
 
 def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> None:
-    for messages in range(0, 100, 10):  # learns what is usual
+    for messages in range(0, 100, 10):  # learns the usual rate
         stand.states.take_recorder(RecorderSnapshot('idle', topics=(
             seen('/arm/q', messages=messages),)))
     topic = Topic('/arm/q', None, None, True, Location('cell.xml', 1))
@@ -378,7 +378,7 @@ def test_alarms_keep_their_places_under_the_mouse(stand: Stand, qtbot: Any) -> N
     first, second = stand.texts()[:2]
     hover(stand, True)
     chips = stand.chips()
-    stand.report('arm', NodeState.RUNNING)  # an alarm is over, and another one comes
+    stand.report('arm', NodeState.RUNNING)  # one alarm ends, and another one begins
     stand.report(RVIZ_PART, NodeState.EXITED, 1)
     assert stand.texts()[:2] == [first, second]
     assert stand.chips()[:len(chips)] == chips
@@ -412,7 +412,7 @@ def test_no_button_moves_when_there_are_more_alarms_than_fit(stand: Stand, qtbot
     QApplication.processEvents()
 
     def places() -> List[int]:
-        """How far right a button is, and where begins what is below the strip."""
+        """The x coordinate of a button, and the y coordinate below the strip."""
         button = stand.chips()[0].findChild(QPushButton, 'alarm_acknowledge')
         return [button.mapTo(stand.strip, QPoint()).x(), stand.strip.height()]
     before = places()
@@ -505,7 +505,7 @@ def test_quitting_ends_all_alarms(stand: Stand) -> None:
 
 def test_alarms_at_the_position_of_a_recording(stand: Stand, qtbot: Any) -> None:
     stand.run(Mode.PLAYBACK)
-    stand.beyond(True)  # what a node says of the present does not count
+    stand.beyond(True)  # a node's current report does not count
     assert stand.says_no_alarms()
     stand.model.set_recorded(RECORDED)
     assert stand.texts() == []
@@ -544,7 +544,7 @@ def test_the_list_of_events_opens_at_the_newest(stand: Stand, qtbot: Any) -> Non
 
 
 class Recording(QObject):
-    """A recording model that the test sets."""
+    """Recording model that the test sets."""
 
     changed = pyqtSignal()
     finished = pyqtSignal(str)
@@ -557,7 +557,7 @@ class Recording(QObject):
 
 
 class DoneTasks:
-    """Does at once what it is given."""
+    """Stand-in for Tasks that runs each task at once."""
 
     def run(self, _line: str, work: Any, _on_result: Any, on_error: Any) -> None:
         try:
@@ -721,7 +721,7 @@ def test_data_that_a_launch_delays_is_no_alarm_but_one_from_before_stays(
         stand: Stand, missing: str) -> None:
     topic = Topic('/arm/q', None, None, True, Location('cell.xml', 1))
     stand.launch.running = replace(stand.launch.running, devices=(replace(ARM, topics=(topic,)),))
-    for messages in range(0, 100, 10):  # learns what is usual
+    for messages in range(0, 100, 10):  # learns the usual rate
         stand.states.take_recorder(RecorderSnapshot('idle', topics=(
             seen('/arm/q', messages=messages),)))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chosen recording: read in the background, with everything that can be wrong with one."""
+"""The selected recording: read in the background, with every kind of defect."""
 from __future__ import annotations
 
 import json
@@ -61,7 +61,7 @@ def write_strange_bag(folder: Path) -> str:
 
 
 class Bench:
-    """The model and what it tells."""
+    """The model and its signals."""
 
     def __init__(self, qtbot: QtBot, tasks: Tasks) -> None:
         self.qtbot = qtbot
@@ -95,7 +95,7 @@ def path(tmp_path: Path) -> str:
 
 
 class TestOpening:
-    """What is in a recording, and what else may be given instead of one."""
+    """The contents of a recording, and other files that may be given instead."""
 
     def test_a_bag(self, bench: Bench, path: str) -> None:
         bench.open(path)
@@ -130,7 +130,7 @@ class TestOpening:
 
     def test_until_apply_all_is_of_the_recording_that_is_played(
             self, bench: Bench, tmp_path: Path, path: str) -> None:
-        """Its configuration is open, but the picture and the position are still the old ones."""
+        """Its configuration is open, but the view and the position are still the old ones."""
         curves = bench.model.curves
         devices = (machine('/feed_rate'),)
         bench.session.set_cell(Cell('/old.xml', 'world', devices), devices)
@@ -153,7 +153,7 @@ class TestOpening:
     @pytest.mark.parametrize('closes', [False, True])
     def test_what_had_to_wait_is_open_when_nothing_is_played(
             self, bench: Bench, tmp_path: Path, path: str, closes: bool) -> None:
-        """Unless the window closes: the next session begins with what was played."""
+        """Except when the window closes: the next session begins with the recording that played."""
         choose(bench.session, [machine('/feed_rate')])
         bench.open(path)
         run(bench.session, Mode.PLAYBACK)
@@ -194,7 +194,7 @@ class TestOpening:
         bench.open(path)
         os.remove(path)
         bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
-        # What still reads it says so, too.
+        # The program that still reads it reports this, too.
         assert any('deleted or moved' in it and path in it for it in bench.failures)
 
 
@@ -245,7 +245,7 @@ class TestRecent:
         assert other.recent.folder == str(tmp_path)
 
     def test_what_was_open_is_opened_again(self, bench: Bench, path: str, tmp_path: Path) -> None:
-        """Of a recording that was still being read, too; and only once."""
+        """Also a recording that was still being read; and only once."""
         second = write_bag(tmp_path / 'b.bag', BEGIN_S + 10)
         for is_read in (True, False):
             before = BagModel(bench.tasks, Session())
@@ -273,7 +273,7 @@ class TestRecent:
 
     def test_the_dialog_begins_where_the_last_recording_is(
             self, bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Else where recordings go; where that is no folder yet, at home."""
+        """Otherwise in the folder for recordings or, if that does not exist yet, at home."""
         monkeypatch.setenv('HOME', str(tmp_path))
         recorded, elsewhere = tmp_path / 'bags', tmp_path / 'stick'
         model = BagModel(bench.tasks, Session(), None, lambda: str(recorded))
@@ -299,7 +299,7 @@ class TestRecent:
 
 
 class TestWithoutIndex:
-    """A bag of a recorder that was killed."""
+    """A bag of a killed recorder."""
 
     @pytest.fixture
     def cut(self, path: str) -> str:
@@ -328,7 +328,7 @@ class TestWithoutIndex:
     def test_it_can_be_left(self, bench: Bench, cut: str, is_made: bool) -> None:
         bench.open(cut)
         bench.model.reindex()
-        if is_made:  # but not yet told
+        if is_made:  # but not reported yet
             bench.tasks.run_and_wait('reindexing', lambda: None, 60.0)
         bench.model.dismiss()
         assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
@@ -358,7 +358,7 @@ class TestWithoutIndex:
 
 
 class TestMarks:
-    """Marks that are added afterwards."""
+    """Marks that are added afterward."""
 
     def test_a_mark_is_written_beside_the_bag(self, bench: Bench, path: str) -> None:
         bench.open(path)
@@ -430,7 +430,7 @@ class TestCurves:
 
 
 class TestView:
-    """What the operator reads."""
+    """Texts for the operator."""
 
     @pytest.fixture
     def view(self, bench: Bench) -> BagView:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is in the way of a recording on the disk."""
+"""Problems with the target of a recording on the disk."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The box that is dragged in RViz: what the server of markers is told, and tells."""
+"""The box that is dragged in RViz: communication with the marker server."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ BOX = RegionOfInterest('tool', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), Location('cell.
 
 
 class Stage:
-    """A box for a device, its server, and what was dragged."""
+    """Box of a device, its server, and the dragged values."""
 
     def __init__(self) -> None:
         self.dragged: List[Tuple[str, RegionOfInterest]] = []
@@ -39,7 +39,7 @@ class Stage:
         self.server.feed_back(event, f'kinect {handle}', message)
 
     def x_m(self, handle: str) -> float:
-        """Where a handle is."""
+        """The x coordinate of a handle."""
         return float(self.server.shown[f'kinect {handle}'].pose.position.x)
 
 
@@ -85,7 +85,7 @@ def test_it_follows_the_numbers_of_its_device_only(stage: Stage) -> None:
 def test_a_box_that_is_hidden_is_gone(stage: Stage) -> None:
     stage.box.hide()
     assert stage.server.shown == {}
-    stage.drag('middle', 5.0)  # on its way since before
+    stage.drag('middle', 5.0)  # sent earlier, still on its way
     stage.box.move('kinect', BOX)
     assert (stage.server.shown, stage.dragged) == ({}, [])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration within the program: restarted frames, paused playback, the recording that is open."""
+"""Calibration within the program: restarted frame nodes, paused playback, the open recording."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -25,7 +25,7 @@ IN_FILE, SAVED = (1.0, 0.0, 0.0), (3.0, 0.0, 0.0)
 
 @pytest.fixture
 def moves(loaded: Launcher, monkeypatch: pytest.MonkeyPatch) -> List[Any]:  # noqa: F811
-    """What the frames are told: name, xyz, ypr."""
+    """The requested moves of frames: name, xyz, ypr."""
     told: List[Any] = []
     monkeypatch.setattr(loaded.link, 'move_frame', lambda *words: told.append(words))
     return told

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Moving base frames, and saving them."""
+"""Moving and saving of base frames."""
 from __future__ import annotations
 
 import threading
@@ -24,7 +24,7 @@ def device(name: str, pose: Pose = IN_FILE) -> Device:
 
 
 class Frames:
-    """Notes what is moved and saved; while ``gate`` is not set every move waits."""
+    """Stand-in for frame nodes that notes moves and saves; while ``gate`` is not set moves wait."""
 
     def __init__(self) -> None:
         self.gate = threading.Event()
@@ -159,7 +159,7 @@ def test_nothing_runs(model, frames, qtbot):
     qtbot.waitUntil(lambda: len(frames.moves) == 1)
     model.set_running(False)
     assert 'Launch' in model.blocked_reason and model.can_save
-    model.set_running(True)  # the nodes start with what is in the file
+    model.set_running(True)  # the nodes start with the values of the file
     qtbot.waitUntil(lambda: len(frames.moves) == 2)
     assert frames.moves[1][1][0] == 5.0
 

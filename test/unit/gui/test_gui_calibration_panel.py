@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The calibration panel, used as an operator does."""
+"""The calibration panel, used as by an operator."""
 from __future__ import annotations
 
 import math
@@ -71,7 +71,7 @@ def test_steps(panel, model, qtbot):
     model.set_running(True)
     qtbot.keyClick(field(panel, 'x'), Qt.Key_Up)
     assert model.pose.xyz == pytest.approx((1.001, 2.0, 3.0))
-    assert model.pose.ypr == IN_FILE.ypr  # not rounded to what is shown
+    assert model.pose.ypr == IN_FILE.ypr  # not rounded to the displayed value
     qtbot.keyClick(field(panel, 'x'), Qt.Key_Up, Qt.ControlModifier)
     assert model.pose.xyz[0] == pytest.approx(1.011)
     before = field(panel, 'yaw').value()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recording is seen with another calibration: its own, one saved for it, or the file's."""
+"""A recording is shown with another calibration: its own, one saved for it, or the file's."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -29,7 +29,7 @@ FITTED = Pose((1.02, 2.0, 3.0), (0.1, 0.2, 0.335))
 
 
 class Finder:
-    """Finds what the test says."""
+    """Stand-in that finds what the test sets."""
 
     def __init__(self) -> None:
         self.answer: object = SensorFit(FITTED, 0.0327, 0.001, 2755, ('arm/link1',))
@@ -176,7 +176,7 @@ def test_saving_into_the_file_ends_what_was_saved_for_the_recording(model, frame
     bag = str(tmp_path / 'seam.bag')
     save_pose(bag, 'a/base', SAVED)
     model.set_recording(recording(tmp_path))
-    assert model.can_save  # it is not what the file says
+    assert model.can_save  # it differs from the file
     with qtbot.waitSignal(model.kept):
         model.save()
     assert frames.saves == [('a', SAVED)] and saved_poses(bag) == {}

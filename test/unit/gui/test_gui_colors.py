@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colors: all in one place, and legible where they are used, in both themes (WCAG 2.1)."""
+"""Colors: all defined in one module, and legible in use, in both themes (WCAG 2.1)."""
 from __future__ import annotations
 
 import re
@@ -93,7 +93,7 @@ def test_colors_are_in_one_place() -> None:
 
 @pytest.mark.parametrize('inside, behind', INDICATORS)
 def test_boxes_and_ticks_are_seen_on_dark_windows(inside: str, behind: str) -> None:
-    """On a light one they have an outline."""
+    """In light windows they have an outline."""
     assert contrast(QColor(getattr(DARK, inside)),
                     QColor(getattr(DARK, behind))) >= GRAPHICS_CONTRAST
 
@@ -123,7 +123,7 @@ def test_ticks_of_rows_are_seen_whatever_color_the_row_has(qtbot, qapp, colors: 
     inked = {}
     for row, state in enumerate(states):
         place = tree.visualItemRect(tree.topLevelItem(row))
-        box = QRect(place.left() + 5, place.center().y() - 3, 9, 8)  # inside of its outline
+        box = QRect(place.left() + 5, place.center().y() - 3, 9, 8)  # inside its outline
         found = pixels(tree.viewport(), box)
         inked[state] = sum(close_to(it, 'indicator_tick') for it in found)
         assert sum(close_to(it, 'indicator') for it in found) > len(found) // 3

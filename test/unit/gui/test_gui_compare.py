@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tab Compare: runs are found, called good, compared, and shown where they departed."""
+"""The tab Compare: runs are found, marked as good, compared, and their departures shown."""
 from __future__ import annotations
 
 import os
@@ -36,14 +36,14 @@ from process_visualizer.runs.run import Run
 
 
 class Silent:
-    """In place of a recorder's memory, which nobody reads here."""
+    """Stand-in for a recorder's memory, which these tests do not read."""
 
     def restart(self) -> None:
         pass
 
 
 class Stand:
-    """The panel on a bag of four cycles, of which the third is poor."""
+    """Panel on a bag of four cycles, the third of which is poor."""
 
     def __init__(self, folder: Path, qtbot: Any) -> None:
         self.tasks, self.session = HeldTasks(), Session()
@@ -189,7 +189,7 @@ def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
     force = stand.bands.bands['arm', 'tool force']
     assert np.isfinite(force.low).sum() > 300
     assert force.departed[265:280].any() and not force.departed[:240].any()
-    stand.bands.set_columns(48.0, 960)  # the curves were read again, more finely
+    stand.bands.set_columns(48.0, 960)  # the curves were read again, at a higher resolution
     assert stand.bands.bands == {}
     stand.tasks.end_all()
     assert len(stand.bands.bands['arm', 'tool force'].low) == 960
@@ -234,7 +234,7 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     stand.panel.ghost.click()
     stand.tasks.end_all()
     run(stand.session, None)
-    run(stand.session, Mode.PLAYBACK)  # another player: its node has to be told
+    run(stand.session, Mode.PLAYBACK)  # another player: its node must be informed
     stand.tasks.end_all()
     assert len(stand.ghosts) == 4
     stand.model.set_good(1, False)
@@ -317,7 +317,7 @@ def test_live_robots_that_cannot_be_followed_are_told(stand: Stand) -> None:
 
 
 def follow_arm(monkeypatch: Any) -> LiveReference:
-    """Let there be a robot that can be followed; returns its reference."""
+    """Add a robot that can be followed; return its reference."""
     reference = LiveReference((GhostTrack('arm', '', joint_track(
         ('turn',), np.array([0.0]), np.array([0.0])), np.empty((0, 1))),))
     monkeypatch.setattr(ghost_model, 'live_reference', lambda _cell, _run: reference)
@@ -447,7 +447,7 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
     stand.compare()
     stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(4))
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
-    assert stand.sought == []  # it is not the recording that is open
+    assert stand.sought == []  # it is not the open recording
     assert stand.refusals == [f'b.bag#1 is in a recording that is not open: open {other} on the '
                               'tab Playback to go there']
 
@@ -566,7 +566,7 @@ def test_what_is_canceled_comes_to_nothing(stand: Stand) -> None:
 
 def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Path) -> None:
     stand.find()
-    stand.panel.find.click()  # is under way
+    stand.panel.find.click()  # in progress
     play(stand.session, write_bag(tmp_path, 'b.bag'))
     stand.tasks.end_all()
     assert stand.model.runs == ()
@@ -574,7 +574,7 @@ def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Pa
 
 
 def test_a_row_that_is_ticked_stays_the_same_row(stand: Stand) -> None:
-    """It is still asked for its state when the models have answered: it must not be gone."""
+    """It is still used after the models have answered, so it must not be deleted."""
     stand.find()
     stand.tick(0)
     stand.compare()
@@ -659,7 +659,7 @@ def test_a_film_is_written_on_when_another_recording_is_opened(stand: Stand, tmp
     stand.share(0, str(tmp_path / 'seam.mp4'))
     stand.panel.find.click()
     assert stand.panel.state.text() == 'Reading the recordings…'
-    stand.panel.cancel.click()  # of what is shown
+    stand.panel.cancel.click()  # for the selected run
     assert stand.panel.state.text() == 'Writing seam.mp4…'
     stand.tasks.end_all()
     assert stand.panel.state.text().startswith('seam.mp4 was written')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The topics of the devices: as they come in real time, as they were recorded in playback."""
+"""The topics of the devices: live in real-time mode, as recorded in playback."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -50,7 +50,7 @@ def states(qtbot: Any, session: Session, tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Catalog:
-    """The heat at 50 Hz, a name that is latched, a door that was opened once."""
+    """The heat at 50 Hz, a latched name, and a door that was opened once."""
     path = str(tmp_path / 'a.bag')
     with rosbag.Bag(path, 'w') as bag:
         for number in range(101):
@@ -77,7 +77,7 @@ def shown(states: DeviceStatesModel) -> List[str]:
 
 def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel, session: Session,
                                                       recording: Catalog) -> None:
-    """Paused, the scene is repeated now and then: that was shown as 0.987 Hz, latched as 0 Hz."""
+    """Paused, the scene is repeated now and then; it was shown as 0.987 Hz, and latched as 0 Hz."""
     session.set_recording(recording)
     for count in range(5):
         session.take_player(player(recording, [100 + count, 1, 1]))
@@ -117,7 +117,7 @@ def test_a_robot_whose_joints_the_recording_lacks(states: DeviceStatesModel, ses
 
 def test_without_a_recorder_that_counts_rates_are_forgotten_and_silences_stay(
         states: DeviceStatesModel) -> None:
-    for messages in range(0, 100, 10):  # learns what is usual
+    for messages in range(0, 100, 10):  # learns the usual rate
         states.take_recorder(RecorderSnapshot('idle', topics=tuple(
             seen(name, messages=messages) for name in NAMES[:2])))
     states.take_recorder(RecorderSnapshot('idle', topics=(
@@ -128,7 +128,7 @@ def test_without_a_recorder_that_counts_rates_are_forgotten_and_silences_stay(
 
 
 def test_a_recorder_that_hung_sees_silences_that_are_its_own(states: DeviceStatesModel) -> None:
-    """Its first states after that are no reason for an alarm, nor are they usual from then on."""
+    """Its first states after that neither cause an alarm nor count as usual afterward."""
     def told(silence_s: float, messages: int) -> None:
         states.take_recorder(RecorderSnapshot('idle', topics=(
             seen(NAMES[0], 125.0 if silence_s < 1.0 else 0.0, silence_s, messages=messages),)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Devices and problems: which of them are shown, and how much room they take."""
+"""Devices and problems: their visibility, and their share of the space."""
 from __future__ import annotations
 
 import pytest
@@ -27,7 +27,7 @@ def panel(qtbot: QtBot) -> DevicesPanel:
 
 
 def shown(panel: DevicesPanel) -> 'tuple[bool, str, bool]':
-    """Whether problems, with which note, and whether devices are there."""
+    """Visibility of the problems, the note, and visibility of the devices."""
     note = panel.findChild(QLabel, 'problems_note')
     return (panel.problems.isVisible(), note.text() if note.isVisible() else '',
             panel.devices.isVisible())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files that are dropped on the window: what is opened, and what is refused."""
+"""Files that are dropped on the window: opened or refused."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -42,7 +42,7 @@ def bags(tmp_path: Path) -> List[str]:
 
 
 def drop(window: LauncherApp, urls: Sequence[str]) -> bool:
-    """Drop what URLs name; returns whether the window takes things of this kind."""
+    """Drop the files of these URLs; return whether the window accepts them."""
     data = QMimeData()
     data.setUrls([QUrl(url) for url in urls])
     enter = QDragEnterEvent(QPoint(20, 20), Qt.CopyAction, data, Qt.LeftButton, Qt.NoModifier)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which editor is started, and what is said when none can be."""
+"""The choice of the editor, and the message if none can be started."""
 from __future__ import annotations
 
 from pathlib import Path

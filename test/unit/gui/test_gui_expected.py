@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expect what is there now: what is shown, asked, written and taken back."""
+"""Expect the objects in view: display, question, writing and undo."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -75,7 +75,7 @@ class Stand:
         return str(self.panel.findChild(QLabel, 'expected_state').text())
 
     def question(self) -> QMessageBox:
-        """The box that is open."""
+        """The open message box."""
         (box,) = [it for it in self.panel.findChildren(QMessageBox) if it.isVisible()]
         return box
 
@@ -233,7 +233,7 @@ def test_the_menu_of_a_row_has_it(stand: Stand, qtbot: Any) -> None:
     devices.expect_wanted.connect(wanted.append)
 
     def offers(row: int) -> List[bool]:
-        """Open the menu of a row, use what can be used; whether it could, for each entry."""
+        """Open the menu of a row and use its enabled entries; return whether each was enabled."""
         place = devices.visualItemRect(devices.topLevelItem(row)).center()
         devices.customContextMenuRequested.emit(QPoint(place))
         menu = devices.findChildren(QMenu)[-1]

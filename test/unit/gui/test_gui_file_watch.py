@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Changes of the configuration on the disk: they are told, and nothing is read by itself."""
+"""Changes of the configuration on the disk: reported, but nothing is reloaded automatically."""
 from __future__ import annotations
 
 import os
@@ -40,7 +40,7 @@ def watch(tasks: Tasks, config: Path) -> FileWatch:
 
 
 def replace(path: Path, text: str) -> None:
-    """Write as many editors do: a new file in the place of the old one."""
+    """Write as many editors do: a new file replaces the old one."""
     new = path.with_name('.new')
     new.write_text(text)
     os.replace(str(new), str(path))
@@ -78,7 +78,7 @@ def test_a_file_that_goes_and_comes_back(watch: FileWatch, tasks: Tasks, qtbot: 
 
 def test_where_nothing_tells_of_changes_they_are_looked_for(watch: FileWatch, qtbot: Any,
                                                             config: Path) -> None:
-    """As in a network folder."""
+    """For example in a network folder."""
     watch._watcher.blockSignals(True)
     watch._timer.setInterval(20)
     with qtbot.waitSignal(watch.changed):

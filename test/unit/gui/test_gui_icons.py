@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Icons: all that are promised, in colors that tell their state, sharp at any size."""
+"""Icons: all that are promised, in colors that show their state, sharp at any size."""
 from __future__ import annotations
 
 from typing import Set
@@ -58,7 +58,7 @@ def test_the_record_icon_stays_red_when_checked(qtbot: QtBot) -> None:
 
 
 def test_an_icon_drawn_for_a_fine_screen_has_fine_edges(qtbot: QtBot) -> None:
-    """Twice the size is drawn anew: it is not the small one with each pixel twice."""
+    """Twice the size is drawn again: it is not the small one with each pixel doubled."""
     small, large = image_of('play', 16), image_of('play', 32)
     doubled = small.scaled(32, 32)
     assert large != doubled

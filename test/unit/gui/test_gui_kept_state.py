@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator ticked and compared is there again after a restart."""
+"""The operator's ticks and comparisons are restored after a restart."""
 from __future__ import annotations
 
 import json
@@ -23,7 +23,7 @@ from process_visualizer.gui.session import Session
 
 
 class Program:
-    """A program that keeps one table."""
+    """Program that keeps one table."""
 
     def __init__(self, path: Path) -> None:
         self.tasks = HeldTasks()
@@ -111,7 +111,7 @@ def test_ticks_are_those_of_their_configuration(qtbot: Any, tmp_path: Path) -> N
 
 
 class Comparing:
-    """A model on a bag of four cycles, of which the third is poor."""
+    """Model on a bag of four cycles, the third of which is poor."""
 
     def __init__(self, folder: Path) -> None:
         self.tasks, self.session = HeldTasks(), Session()
@@ -231,7 +231,7 @@ def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:
 
 
 def test_runs_of_another_configuration_are_kept_until_it_is_back(qtbot: Any, bag: str) -> None:
-    """Nobody asked for them, so nothing is told."""
+    """The operator did not ask for them, so no message is shown."""
     later = restarted(compared(bag), bag)
     run = replace(later.cell.run, begin='never') if later.cell.run else None
     never = replace(later.cell.events[0], name='never', topic='/none')

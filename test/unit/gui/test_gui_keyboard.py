@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window without a mouse: what has the focus has a name, and every button can have it."""
+"""The window without a mouse: focusable widgets have names, and every button can have the focus."""
 from __future__ import annotations
 
 import time
@@ -46,20 +46,19 @@ def window(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
 
 
 def focusable(window: LauncherApp) -> List[QWidget]:
-    """All that may have the focus, but for Qt's parts of other widgets, and texts, which are read.
-    """
+    """All widgets that can have the focus, except Qt's inner parts and read-only texts."""
     return [it for it in window.findChildren(QWidget)
             if it.window() is window and it.focusPolicy() != Qt.NoFocus and it.focusProxy() is None
             and not it.objectName().startswith('qt_') and not isinstance(it, QLabel)]
 
 
 def words(widget: QWidget) -> str:
-    """What a screen reader says."""
+    """The text of a screen reader."""
     return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else '')
 
 
 def tab_order(window: LauncherApp) -> List[QWidget]:
-    """What is reached by the key Tab, in order, of what is shown."""
+    """The visible widgets that the Tab key reaches, in order."""
     reached, widget = [], window.nextInFocusChain()
     while widget is not window:
         if widget.isVisible() and widget.isEnabled() and widget.focusPolicy() & Qt.TabFocus:
@@ -133,7 +132,7 @@ def test_what_can_have_the_focus_in_dialogs_has_a_name(window: LauncherApp) -> N
 
 
 class RvizKeys:
-    """A window whose nodes run, and the keys that RViz is told to pass on."""
+    """Window whose nodes run, and the keys that RViz must pass on."""
 
     def __init__(self, window: LauncherApp, mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
         self.window, launcher = window, window._launcher
@@ -155,7 +154,7 @@ def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
                                                monkeypatch: pytest.MonkeyPatch) -> None:
     rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
     assert {'R', 'M', '?', 'F5'} <= set(rviz.told)
-    assert not {'Space', 'A', 'Ctrl+L'} & set(rviz.told)  # Ctrl is RViz's own
+    assert not {'Space', 'A', 'Ctrl+L'} & set(rviz.told)  # Ctrl is used by RViz itself
     for key in ('R', 'M', 'Space'):
         window._launcher.link.key_pressed.emit(KeyPress(key, time.time()))
     assert rviz.done == ['R', 'M']
@@ -217,7 +216,7 @@ def test_a_launch_key_that_is_pressed_twice_does_not_quit(window: LauncherApp) -
 
 @pytest.fixture
 def marks(monkeypatch: pytest.MonkeyPatch) -> List[float]:
-    """The moments that are marked."""
+    """The marked times."""
     found: List[float] = []
     monkeypatch.setattr(RecordingModel, 'mark', lambda model, age_s=0.0: found.append(age_s))
     return found
@@ -239,7 +238,7 @@ def test_a_moment_is_marked_whatever_is_asked_meanwhile(marks: List[float], wind
     launcher.recording._enter(launcher.recording.state._replace(phase=RecordingPhase.RECORDING))
     for key in ('M', 'R'):
         launcher.link.key_pressed.emit(KeyPress(key, time.time() - 7.0))
-    assert len(marks) == 3 and marks[2] == pytest.approx(7.0, abs=2.0)  # RViz was late
+    assert len(marks) == 3 and marks[2] == pytest.approx(7.0, abs=2.0)  # RViz delivered it late
     assert launcher.recording.is_recording
 
 
@@ -267,7 +266,7 @@ def test_what_is_switched_is_switched_once_however_long_a_key_is_held(window: La
 @pytest.mark.parametrize('mode', list(Mode))
 def test_a_recording_can_be_opened_on_every_tab_of_playback(window: LauncherApp, mode: Mode
                                                             ) -> None:
-    """A button's own shortcut works only where the button is visible."""
+    """A button's own shortcut only works while the button is visible."""
     window._launcher.session.set_mode(mode)
     window.panels.setCurrentIndex(2)
     keys = [it for it in window.findChildren(QShortcut) if it.key().toString() == 'Ctrl+O']

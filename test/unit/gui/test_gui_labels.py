@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names from files, topics and logs are shown as they are written, and are never taken for HTML."""
+"""Names from files, topics and logs are displayed literally and never interpreted as HTML."""
 from __future__ import annotations
 
 import ast
@@ -63,7 +63,7 @@ def _calls() -> Iterator[Tuple[str, str, ast.Call]]:
 
 
 def _is_safe(text: ast.expr) -> bool:
-    """Return whether a tooltip is a constant, or shown as it is."""
+    """Return whether a tooltip is constant or displayed literally."""
     if isinstance(text, ast.IfExp):
         return _is_safe(text.body) and _is_safe(text.orelse)
     if isinstance(text, ast.Call):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Curves are hidden, arranged, overlaid and folded, for each configuration, after a restart too."""
+"""Curves are hidden, arranged, overlaid and folded, per configuration, and kept after a restart."""
 from __future__ import annotations
 
 import json
@@ -36,7 +36,7 @@ def test_new_curves_come_last() -> None:
 
 @st.composite
 def changes(draw: Callable[..., Any]) -> LaneChoice:
-    """A choice after some changes, with keys that a recording may lack."""
+    """A choice after some changes, with keys that may be missing in a recording."""
     choice, key = LaneChoice(), st.sampled_from(KEYS)
     for _ in range(draw(st.integers(0, 8))):
         choice = draw(st.sampled_from([
@@ -49,7 +49,7 @@ def changes(draw: Callable[..., Any]) -> LaneChoice:
 
 
 class TestLanes:
-    """Whatever was chosen before, and whichever curves there are."""
+    """Lanes for any earlier choice and any set of curves."""
 
     @given(changes(), st.sets(st.sampled_from(KEYS)))
     def test_each_curve_is_in_one_lane(self, choice: LaneChoice, there: set) -> None:
@@ -135,14 +135,14 @@ class TestDialog:
 
     @staticmethod
     def rows(dialog: CurvesDialog) -> List[str]:
-        """The lanes, a curve that is not ticked with a minus, one that is folded with an f."""
+        """The lanes; a minus marks a curve that is not ticked, an f one that is folded."""
         return [' '.join(('' if it.checkState(0) == Qt.Checked else '-') + it.text(0)[0]
                          + ('f' if is_folded(it) else '') for it in lane)
                 for lane in dialog.tree.lanes()]
 
     @staticmethod
     def press(dialog: CurvesDialog, row: int, *names: str) -> None:
-        """Choose the row of a lane, and press buttons."""
+        """Select the row of a lane and press buttons."""
         dialog.tree.setCurrentItem(dialog.tree.topLevelItem(row))
         for name in names:
             dialog.findChild(QPushButton, f'curves_{name}').click()

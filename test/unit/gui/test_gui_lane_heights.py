@@ -24,7 +24,7 @@ FOLDED = replace(LANE, is_folded=True)
 
 
 def test_seven_curves_are_visible_where_six_and_a_half_would_be() -> None:
-    """As on a screen of 1920x1080 pixels, in playback mode."""
+    """As on a 1920x1080 screen in playback mode."""
     assert heights([LANE] * 7, 255) == (36,) * 7
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves are drawn one after the other, so that the window is never held up for long."""
+"""The curves are drawn one after another, so that the window never blocks for long."""
 from __future__ import annotations
 
 from typing import List
@@ -23,7 +23,7 @@ ROWS = [0, 1, 2]
 
 
 class Clock:
-    """A clock that goes on by ``step_s`` whenever it is read."""
+    """Clock that advances by ``step_s`` whenever it is read."""
 
     def __init__(self) -> None:
         self.now_s = self.step_s = 0.0
@@ -52,7 +52,7 @@ def want(pictures: LanePictures, width: int = 100, duration_s: float = 10.0) -> 
 
 
 def draw_all(pictures: LanePictures) -> List[int]:
-    """Draw in turns until nothing is missing; return the lanes in their order."""
+    """Draw in turns until all lanes are complete; return them in drawing order."""
     drawn: List[int] = []
     while pictures.missing(ROWS):
         drawn += pictures.draw(ROWS)
@@ -127,7 +127,7 @@ def test_the_scale_stays_while_the_lanes_stay(pictures: LanePictures) -> None:
     assert (pictures.scale(0).low, pictures.scale(0).high) == (0.0, 1.0)
     want(pictures, duration_s=8.0)
     draw_all(pictures)
-    assert pictures.scale(0).high == 1.0  # though only 0.8 is needed
+    assert pictures.scale(0).high == 1.0  # although 0.8 would be enough
     want(pictures, duration_s=2.0)
     draw_all(pictures)
     assert pictures.scale(0).high < 0.3

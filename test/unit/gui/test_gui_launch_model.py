@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What launching tells when it cannot be done, or ends otherwise than asked for."""
+"""Messages of launching if it fails or ends unexpectedly."""
 from __future__ import annotations
 
 import shutil
@@ -27,7 +27,7 @@ REFUSED = PlanError('the disk is full')
 
 
 class Launching:
-    """A model whose tasks end as the test says."""
+    """Model whose tasks end on the test's command."""
 
     def __init__(self) -> None:
         self.tasks = HeldTasks()
@@ -42,19 +42,19 @@ class Launching:
         self.model.stopped.connect(self._count)
 
     def answer(self, result: Any) -> None:
-        """The oldest task ends well."""
+        """Let the oldest task succeed."""
         on_result = self.tasks.held.pop(0)[2]
         assert on_result is not None
         on_result(result)
 
     def fail(self, error: Exception) -> None:
-        """The oldest task fails."""
+        """Let the oldest task fail."""
         on_error = self.tasks.held.pop(0)[3]
         assert on_error is not None
         on_error(error)
 
     def run(self, *parts: str) -> None:
-        """Launch parts, which come up."""
+        """Launch parts and let them start up."""
         self.model.launch(FIRST)
         for part in parts:
             self.model._reported.emit(PartReport(part, PartState.RUNNING))
@@ -100,7 +100,7 @@ def test_a_launch_that_fails_leaves_nothing_running(launching: Launching,
 def test_the_recorder_goes_on_with_other_devices(
         change: Dict[str, Any], can: bool, kept: List[str], launching: Launching,
         monkeypatch: pytest.MonkeyPatch) -> None:
-    """Restarted, it would lose what it has in memory."""
+    """A restart would lose the data in its memory."""
     calls: List[Any] = []
     plan = Plan(parts={BAG_PART: PART, 'arm': PART})
     device = SimpleNamespace(topics=(), objects=None)
@@ -117,7 +117,7 @@ def test_the_recorder_goes_on_with_other_devices(
 
 def test_beside_another_cell_nothing_is_launched(launching: Launching,
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
-    """ROS would end that one's nodes."""
+    """ROS would end the nodes of the other cell."""
     def refuse() -> None:
         raise OtherCell('another cell runs')
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program without its window: what can be launched, and what would change."""
+"""The program without its window: what can be launched, and the pending changes."""
 from __future__ import annotations
 
 import os
@@ -59,7 +59,7 @@ def loaded(launcher: Launcher, qtbot: Any, config: Path) -> Launcher:
 
 
 def run(launcher: Launcher) -> None:
-    """As if all that is chosen had been launched."""
+    """Set the state as if all selected parts had been launched."""
     launcher.launch.running = launcher.choice()
     launcher.launch.phase = LaunchPhase.RUNNING
     launcher.launch.changed.emit()
@@ -92,7 +92,7 @@ def test_choice(loaded: Launcher) -> None:
 
 def test_the_status_tells_at_once_that_it_launches(loaded: Launcher, qtbot: Any,
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before anything is launched it has to be looked who else publishes."""
+    """Before the launch, a check for other publishers takes some time."""
     launched: List[Any] = []
     monkeypatch.setattr(loaded.guard, '_launch', launched.append)
     loaded.master.is_connected = True
@@ -220,7 +220,7 @@ def test_the_status_says_why_the_button_launches_nothing(loaded: Launcher) -> No
 
 
 def test_the_status_says_that_the_nodes_are_those_of_another_file(loaded: Launcher) -> None:
-    """Their errors say nothing about the cell that is shown."""
+    """Their errors do not concern the cell that is displayed."""
     run(loaded)
     running = loaded.launch.running
     assert running is not None and 'press Apply' not in loaded.status()
@@ -312,7 +312,7 @@ def test_a_recording_of_a_cell_that_does_not_run_yet_waits_for_apply(
 
 
 def test_a_recorder_that_refuses_other_topics_is_not_restarted(loaded: Launcher) -> None:
-    """Somebody else is recording with it."""
+    """Another user is recording with it."""
     def refuse(_topics: Any) -> None:
         raise RecorderError('/x.bag is being recorded; stop that first')
 
@@ -323,7 +323,7 @@ def test_a_recorder_that_refuses_other_topics_is_not_restarted(loaded: Launcher)
 
 def test_the_mode_of_what_runs_is_changed(loaded: Launcher,
                                           monkeypatch: pytest.MonkeyPatch) -> None:
-    """One click each way: the same devices, and the recording that is open."""
+    """One click each way: the same devices and the open recording."""
     applied: List[Any] = []
     monkeypatch.setattr(loaded.launch, 'apply', applied.append)
     play(loaded.session, '/a.bag')
@@ -397,7 +397,7 @@ def test_a_recording_that_is_gone_changes_nothing(
 
 def test_the_window_closes_when_the_end_of_a_recording_is_noted(
         loaded: Launcher, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The recorder finished its bag, but its last words did not come before its end."""
+    """The recorder finished its bag, but ended before its last message was received."""
     bag = tmp_path / 'seam.bag'
     loaded.session.set_run(loaded.choice(), True, {})
     loaded.recording.take_state(RecorderSnapshot('recording', files=(str(bag),)))
@@ -473,7 +473,7 @@ def test_what_is_dragged_moves_the_frame(loaded: Launcher, qtbot: Any,
 
 def test_playback_has_the_recording_of_the_last_time(loaded: Launcher, qtbot: Any,
                                                      tmp_path: Path) -> None:
-    """In real-time mode nothing is read that is not wanted."""
+    """In real-time mode no recording is read unless requested."""
     path = str(tmp_path / 'a.bag')
     with rosbag.Bag(path, 'w') as bag:
         bag.write('/n', Float64(1.0), Time(1000))
@@ -492,7 +492,7 @@ def test_the_name_of_recordings_is_stored_at_once(loaded: Launcher, tmp_path: Pa
 
 
 def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> None:
-    """It was called with another configuration, mode and recording than are open now."""
+    """It was started with a different configuration, mode and recording than are open now."""
     loaded.session.set_mode(Mode.PLAYBACK)
     loaded.cell.tick('oven', False)
     assert words_to_go_on(loaded.session, Viewers(True, '50000-50063'), [

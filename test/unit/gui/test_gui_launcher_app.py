@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window as a whole, without a master: what it asks, and how much of the screen it needs."""
+"""The window as a whole, without a master: its questions, and the screen space it needs."""
 from __future__ import annotations
 
 import ast
@@ -57,7 +57,7 @@ def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def window(qtbot: Any, config: Path) -> Iterator[LauncherApp]:
     launcher = Launcher()
     app = LauncherApp(launcher, Settings(str(config.parent / 'settings')))
-    below = QStackedWidget()  # as WindowKeeper does it
+    below = QStackedWidget()  # as in WindowKeeper
     below.addWidget(app.playback.below)
     for widget in (app, below):
         qtbot.addWidget(widget)
@@ -79,7 +79,7 @@ def settle() -> None:
 
 
 def note(window: LauncherApp) -> str:
-    """What is said above the devices, if both they and problems are there."""
+    """The note above the devices, if both devices and problems are visible."""
     label = window.findChild(QLabel, 'problems_note')
     return label.text() if window.devices.isVisible() and label.isVisible() else ''
 
@@ -191,7 +191,7 @@ def test_which_devices_are_in_force(window: LauncherApp, qtbot: Any, config: Pat
 
 
 def lose_master(window: LauncherApp, other: Optional[int] = None) -> None:
-    """Let the master that was connected be silent, or another one be in its place."""
+    """Make the connected master silent, or replace it by another one."""
     master = window._launcher.master
     if not master.is_lost:
         master.is_connected, master._process_id = True, 17
@@ -302,7 +302,7 @@ def test_details_of_a_message_are_shown_to_who_asks(window: LauncherApp) -> None
 
 def test_a_message_covers_nothing_that_can_be_clicked(window: LauncherApp,
                                                       monkeypatch: pytest.MonkeyPatch) -> None:
-    """It stood over the tabs, and took a click on one of them."""
+    """It was above the tabs, and received a click on one of them."""
     class Screen:
         @staticmethod
         def availableGeometry() -> QRect:
@@ -435,7 +435,7 @@ def test_closing_asks_while_what_is_shared_is_being_written(
 
 def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
         window: LauncherApp, qtbot: Any, config: Path) -> None:
-    """SIGTERM, a crash, or a master that is lost."""
+    """SIGTERM, a crash, or a lost master."""
     load(window, qtbot, config, UNSAVED)
     launcher = window._launcher
     launcher.region.choose('kinect')
@@ -457,7 +457,7 @@ def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
 
 
 class Quitting:
-    """The command to quit, in a window whose nodes run; nothing is started or ended."""
+    """The quit command in a window whose nodes run; nothing is started or ended."""
 
     def __init__(self, window: LauncherApp, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now_s, self.quits = 100.0, 0
@@ -505,7 +505,7 @@ def test_quitting_asks_where_something_would_be_lost(
         monkeypatch: pytest.MonkeyPatch) -> None:
     launcher = window._launcher
     monkeypatch.setattr(type(launcher.live_comparison), 'reference',
-                        property(lambda _: 'other.bag#2'))  # of which nothing is compared
+                        property(lambda _: 'other.bag#2'))  # without any comparison
     monkeypatch.setattr(type(launcher.live_comparison), 'judged_with',
                         property(lambda _: 'seam.bag#3'))
     quitting.command.quit()
@@ -518,7 +518,7 @@ def test_quitting_asks_where_something_would_be_lost(
                         property(lambda _: ''))
     quitting.command.quit()  # nothing would be lost
     launcher.region.choose('kinect')
-    launcher.region.set_value(0, 0.5)  # now it would
+    launcher.region.set_value(0, 0.5)  # now something would
     quitting.wait(GRACE_S + 0.1)
     assert quitting.question() == (
         'Not saved, but kept in this window: the crop box of kinect. Quit all nodes?')
@@ -543,11 +543,11 @@ def test_quitting_asks_while_something_is_recorded(
 
 
 def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: Quitting) -> None:
-    """The operator's click waits behind what holds the window up."""
+    """The operator's click waits behind the operation that blocks the window."""
     quitting.command.quit()
     quitting.now_s += GRACE_S + 1.0
     quitting.command.grace.look()
-    quitting.command.quit()  # takes it back
+    quitting.command.quit()  # cancels it
     quitting.wait(GRACE_S + 1.0)
     assert quitting.quits == 0
 
@@ -573,7 +573,7 @@ NEAR = """<visualizer>
 
 
 def near(*levels_and_distances: Tuple[int, float]) -> DetectedObjects:
-    """Return what a depth sensor says of objects near the hand of a robot."""
+    """Return the message of a depth sensor about objects near the hand of a robot."""
     message = DetectedObjects(objects=[
         DetectedObject(number=3, link='arm/hand', distance=distance_m, level=level)
         for level, distance_m in levels_and_distances])
@@ -665,7 +665,7 @@ def test_a_window_with_nothing_to_quit_closes_at_the_first_click(window: Launche
 
 
 def chains(path: Path) -> Iterator[List[str]]:
-    """The names in a program that are joined by dots, from the first one on."""
+    """The chains of names in a program that are joined by dots, each from its first name."""
     for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
         names: List[str] = []
         while isinstance(node, ast.Attribute):
@@ -687,7 +687,7 @@ def test_the_programs_that_take_pictures_name_what_there_is(window: LauncherApp,
         if begin == 'self' and names[0] not in ('launcher', 'window'):
             continue
         for name in names:
-            if it is None:  # nothing is known of it before the cell runs
+            if it is None:  # it is unknown until the cell runs
                 break
             assert hasattr(it, name), '.'.join([begin, *names])
             it, seen = getattr(it, name), seen + 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of the running cell: model and panel, with a recorder's memory in a list."""
+"""The curves of the running cell: model and panel, with a list as the recorder's memory."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -45,7 +45,7 @@ MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder
 
 
 class ListedMemory:
-    """Hands out parts, one at each look; an exception among them is raised."""
+    """Memory that returns one part per request; an exception in the list is raised."""
 
     def __init__(self) -> None:
         self.parts: List[Any] = []
@@ -64,7 +64,7 @@ class ListedMemory:
 
 
 class Replay(QObject):
-    """In place of ReplayModel."""
+    """Stand-in for ReplayModel."""
 
     changed = pyqtSignal()
     copied = pyqtSignal()
@@ -84,7 +84,7 @@ class Replay(QObject):
 
 
 class Replayed(QObject):
-    """In place of ValuesModel: the same value for all curves; None while it is not known."""
+    """Stand-in for ValuesModel: the same value for all curves; None if unknown."""
 
     changed = pyqtSignal()
     number: Optional[float] = 12.5
@@ -94,7 +94,7 @@ class Replayed(QObject):
 
 
 class Stand:
-    """The panel of a cell with three variables."""
+    """Panel of a cell with three variables."""
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self.now_s = 0.0
@@ -125,7 +125,7 @@ class Stand:
         return self.panel.timeline
 
     def come(self, *parts: Any) -> None:
-        """Let parts come, the last of which ends the look."""
+        """Deliver parts; the last one ends the request."""
         self.memory.parts += [(it, row + 1 < len(parts)) if isinstance(it, RecentPart) else it
                               for row, it in enumerate(parts)]
         if not self.model.is_running:
@@ -182,7 +182,7 @@ def test_it_is_held_and_goes_on(stand: Stand) -> None:
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     stand.come(stand.parts[2])
     assert stand.model.window is not held
-    assert stand.timeline.stack.lanes[2].at(0.6) == 0.0  # nothing was lost meanwhile
+    assert stand.timeline.stack.lanes[2].at(0.6) == 0.0  # nothing was lost in the meantime
 
 
 def test_the_present_moves_away_from_curves_that_stand_still(stand: Stand) -> None:
@@ -292,7 +292,7 @@ def test_a_look_at_the_recorder_before_says_nothing_about_the_new_one(qtbot: QtB
     tasks.end_one()
     run(session, None)
     run(session, Mode.REALTIME)
-    tasks.end_one()  # the look that was under way
+    tasks.end_one()  # the request that was in progress
     assert (judged, model.window, model.problem) == ([], None, '')
     tasks.end_all()
     assert len(judged) == 1 and model.window is not None and model.problem == ''
@@ -314,7 +314,7 @@ def test_more_of_the_past_by_wheel_and_list(stand: Stand) -> None:
     stand.panel.durations.activated.emit(row)
     stand.tasks.end_all()
     assert stand.model.window.duration_s == 600.0
-    stand.model.set_duration(120.0)  # that of the last session
+    stand.model.set_duration(120.0)  # the value of the last session
     assert stand.panel.durations.currentText() == '2 min'
     stand.model.set_duration(None)  # there was none
     assert stand.model.duration_s == 120.0
@@ -369,7 +369,7 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
 
 
 def test_a_replay_goes_on_behind_the_curves_that_were_held(stand: Stand) -> None:
-    """The recorder copies its memory a little later than the curves are held."""
+    """The recorder copies its memory slightly later than the curves are held."""
     stand.come(*stand.parts[:-1])
     stand.model.hold(True)
     held = stand.model.window
@@ -434,7 +434,7 @@ def test_a_curve_without_values_in_sight_keeps_its_decimals() -> None:
 def test_a_lane_that_is_not_redrawn_in_time_shows_its_values_at_their_time(
         qtbot: QtBot, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     stand.panel.resize(900, 500)
-    monkeypatch.setattr(lane_picture, '_TURN_S', -1.0)  # one lane at each paint
+    monkeypatch.setattr(lane_picture, '_TURN_S', -1.0)  # one lane per paint event
     timeline = stand.timeline
 
     def show(now_s: float) -> None:
@@ -444,7 +444,7 @@ def test_a_lane_that_is_not_redrawn_in_time_shows_its_values_at_their_time(
         timeline.show_lanes(100.0, lanes, {it.key: LiveValue(0.0, 0.0) for it in lanes}, (), now_s)
 
     def pulses() -> List[float]:
-        """Return where the pulse is in each lane [px]."""
+        """Return the position of the pulse in each lane [px]."""
         image = timeline.grab().toImage()
         found = []
         for row in range(2):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The running cell held against good runs: band behind the curves, words, alarms."""
+"""The running cell compared with good runs: band behind the curves, texts, alarms."""
 from __future__ import annotations
 
 import time
@@ -31,11 +31,11 @@ from process_visualizer.runs.run import Run
 from process_visualizer.serving.live_cell import verdict_entry
 
 POOR_FROM_S = CYCLE_S + 3.0
-"""When in the live cell the force jumps: in its second cycle."""
+"""Time at which the force jumps in the live cell: in its second cycle."""
 
 
 class Compared:
-    """A panel whose second cycle is poor, and a good recording to hold it against."""
+    """Panel with a poor second cycle, and a good recording to compare with."""
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
         self.stand = Stand(qtbot, folder)
@@ -58,7 +58,7 @@ class Compared:
 
     def run(self, seconds: int, run: Run, says: bool = True, behind_s: Optional[float] = None
             ) -> None:
-        """Let the cell run, second by second, while the node says which moment it is."""
+        """Let the cell run, second by second, while the node sends its moment."""
         for second in range(seconds):
             for tenth in range(10 if says else 0):
                 time_s = second + 0.1 * tenth
@@ -103,7 +103,7 @@ def test_a_run_that_was_out_of_range_is_not_said_to_be_in_range(compared: Compar
 
 def test_a_departure_that_comes_again_begins_after_the_end_of_the_last_one(
         compared: Compared) -> None:
-    """Its alarm was dated back over the one before, which was over."""
+    """Its alarm was dated back before the end of the previous one."""
     model, signal = compared.model, Signal('arm', 'tool force', 'N', SignalKind.FORCE)
     for now_s, since_s in ((10.0, 5.0), (12.0, None), (14.0, 5.0)):
         model._now_s = now_s
@@ -163,7 +163,7 @@ def test_without_new_values_nothing_is_said_to_be_in_range(compared: Compared) -
     compared.run(6, run)
     assert compared.model.text.startswith('Run in range')
     known_s, last = compared.model.now_s, compared.parts[5]
-    for second in range(26):  # /ghost goes on: the robots stand where they were
+    for second in range(26):  # /ghost keeps sending: the robots stay where they were
         for tenth in range(10):
             compared.model.take_phase(PhaseSnapshot(
                 BEGIN_S + 6.0 + second + 0.1 * tenth, 5.9 - run.begin_s, None))
@@ -318,7 +318,7 @@ def test_all_who_show_the_result_show_the_same_at_any_time(compared: Compared) -
     run = compared.choose(0, 1)
     compared.run(3, run)
     told = compared.heard[-1], compared.model.told
-    for place_s in (None, 1.0):  # no window is judged between these
+    for place_s in (None, 1.0):  # no window is judged in between
         compared.model.take_phase(PhaseSnapshot(BEGIN_S + 3.05, place_s))
         assert (compared.model.text, compared.model.told) == told
     compared.stand.come(compared.parts[3])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Live curves take a small share of a core, however many there are."""
+"""Live curves use a small share of a core, for any number of curves."""
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The connection to the master: made, lost when it is gone, hangs or is another, and back again."""
+"""The connection to the master: made, lost if it is gone, hangs or is another, and restored."""
 from __future__ import annotations
 
 import shutil
@@ -19,7 +19,7 @@ from process_visualizer.launching.ros_master import RosMasterError
 
 
 class Master:
-    """In place of RosMaster and RosLink: the process that answers, and what goes wrong."""
+    """Stand-in for RosMaster and RosLink: the process that answers, and the faults."""
 
     def __init__(self) -> None:
         self.answers: Optional[int] = 17
@@ -38,7 +38,7 @@ class Master:
 
 
 class Stand:
-    """The model with a master that is checked when the test says so, and what it tells."""
+    """Model with a master that is checked on the test's command, and the model's signals."""
 
     def __init__(self) -> None:
         self.tasks, self.master = HeldTasks(), Master()
@@ -154,13 +154,13 @@ def test_a_master_that_hangs_is_asked_once_and_given_up(stand: Stand) -> None:
     assert stand.told[-1] == 'returned'
 
 
-# Whether RViz draws
+# RViz drawing or not
 
 RVIZ_SILENT = CellLook(frozenset({'/rviz'}))
 
 
 class Drawing:
-    """The watch over a cell with RViz, and what it has found."""
+    """The watch over a cell with RViz, and its results."""
 
     def __init__(self) -> None:
         tasks: Any = HeldTasks()
@@ -201,7 +201,7 @@ def test_a_picture_that_stands_still_is_told_though_rviz_answers(drawing: Drawin
 
 
 def test_a_picture_that_is_seconds_old_is_told(drawing: Drawing) -> None:
-    """It differs from the curves then, and nothing else says so."""
+    """It then differs from the curves, and nothing else shows this."""
     drawing.look(10, draws=True)
     assert drawing.watch.picture_age_s == 0.0
     for _picture in range(3):
@@ -225,6 +225,6 @@ def test_rviz_is_not_missed_before_it_has_drawn_or_while_it_is_stopped(drawing: 
     drawing.look(1, draws=True)
     drawing.run(PartState.STOPPING)
     drawing.look(20)
-    drawing.run(PartState.RUNNING)  # another one, which still loads
+    drawing.run(PartState.RUNNING)  # another one, which is still loading
     drawing.look(20)
     assert drawing.found == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The strip of the whole recording: its frame is what is shown, and can be dragged."""
+"""The strip of the whole recording: its frame marks the visible part, and can be dragged."""
 from __future__ import annotations
 
 from typing import Tuple
@@ -18,7 +18,7 @@ from process_visualizer.gui.toolkit.theme import LIGHT
 
 @pytest.fixture
 def bench(qtbot: QtBot) -> Bench:
-    """20 s in 400 px, of which 10 to 12 s are shown."""
+    """20 s in 400 px, of which 10 to 12 s are visible."""
     made = Bench(qtbot)
     made.view.zoom.show_part(10.0, 12.0)
     assert strip(made).width() == 400

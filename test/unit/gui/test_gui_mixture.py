@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who publishes what would be mixed: asked before a launch, told while nodes run."""
+"""Publishers that would be mixed: checked before a launch, reported while nodes run."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -30,7 +30,7 @@ def choice(tmp_path: Path) -> Choice:
 
 
 class Guarded:
-    """A guard whose looks end when the test says so."""
+    """Guard whose checks end on the test's command."""
 
     def __init__(self) -> None:
         self.tasks = HeldTasks()
@@ -46,7 +46,7 @@ class Guarded:
         self.settled += 1
 
     def look_again(self) -> None:
-        """As if its time had come."""
+        """Run the periodic check."""
         self.guard._timer.timeout.emit()
         self.tasks.end_all()
 
@@ -96,7 +96,7 @@ def session() -> Session:
 
 
 def beside(session: Session) -> 'Tuple[MixtureModel, HeldTasks, List[Others]]':
-    """A model, its tasks, and what it will see; the last thing again and again."""
+    """A model, its tasks and the publishers that it will find; the last entry is found again."""
     tasks, seen = HeldTasks(), [()]  # type: Tuple[HeldTasks, List[Others]]
     return MixtureModel(tasks, session, lambda _choice, _own: seen[0]), tasks, seen
 
@@ -137,7 +137,7 @@ def test_what_the_player_tells_goes_with_it(qtbot: Any, session: Session, choice
     assert notice._text.text().startswith('/q is published by /driver, in addition to the ')
     session.set_run(None, False, {})
     assert notice.isHidden() and model.sentences == ()
-    session.take_player(told)  # the last word of one that has ended
+    session.take_player(told)  # the last message of one that has ended
     assert notice.isHidden()
 
 
@@ -158,12 +158,12 @@ def test_our_own_player_that_is_being_stopped_is_no_mixture(qtbot: Any, session:
                                                             choice: Choice) -> None:
     model, tasks, seen = beside(session)
     seen[0] = (DRIVER,)
-    session.set_run(choice, False, {})  # it is being launched, and the nodes of before still end
+    session.set_run(choice, False, {})  # it is being launched; the old nodes still end
     model._timer.timeout.emit()
     tasks.end_all()
     assert model.sentences == ()
     session.set_run(choice, True, {})
     model._timer.timeout.emit()
-    session.set_run(choice, False, {})  # what was asked meanwhile no longer counts
+    session.set_run(choice, False, {})  # answers from before no longer count
     tasks.end_all()
     assert model.sentences == ()

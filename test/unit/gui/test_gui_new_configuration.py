@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A configuration that is made in the window, one at a time; what is told if there is none."""
+"""A configuration that is made in the window, one at a time; the message if there is none."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -21,7 +21,7 @@ NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
 
 
 class Watched:
-    """A model, and what it says."""
+    """Model and its messages."""
 
     def __init__(self, reason: str = '') -> None:
         self.tasks = HeldTasks()
@@ -108,7 +108,7 @@ def test_what_was_made_is_told_until_another_one_is_open(qapp: object, path: Pat
 
 def test_a_file_is_written_where_the_user_was(tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not where roslaunch runs its nodes; at home, if that place is of no use."""
+    """Not in the working folder of roslaunch; at home if the user's folder cannot be used."""
     shell, home = tmp_path / 'shell', tmp_path / 'home'
     for folder in (shell, home):
         folder.mkdir()

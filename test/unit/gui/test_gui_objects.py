@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects that nobody modeled, in the window's models and its timelines."""
+"""Unmodeled objects in the window's models and timelines."""
 from __future__ import annotations
 
 from typing import Any, List, Tuple
@@ -25,7 +25,7 @@ NEAR, TOO_NEAR = (
 
 
 class Stand:
-    """The model of a cell with a depth sensor; its clock is set by hand."""
+    """Model of a cell with a depth sensor; its clock is set by hand."""
 
     def __init__(self, qtbot: Any) -> None:
         self.now_s = 1000.0
@@ -48,7 +48,7 @@ class Stand:
         return [it.text.split(' m ')[0] for it in self.model.conditions]
 
     def let_the_timer_end(self, after_s: float) -> None:
-        """The clock goes on, the timer with it."""
+        """Advance the clock, and the timer with it."""
         assert self.model._timer.isActive()
         self.now_s += after_s
         self.model._timer.timeout.emit()
@@ -122,7 +122,7 @@ def test_its_distance_is_told_while_clouds_keep_the_timer_from_ending(stand: Sta
     told: List[float] = []
     stand.model.changed.connect(lambda: told.append(stand.now_s))
     begin_s = stand.now_s
-    for number in range(1, 51):  # the timer ends a moment after a cloud, which sets it anew
+    for number in range(1, 51):  # the timer ends shortly after a cloud, which restarts it
         stand.see(NEAR._replace(distance_m=0.4 - number / 1000.0))
         stand.now_s = begin_s + 0.1 * number
     assert len(told) > 15
@@ -152,7 +152,7 @@ def test_quitting_ends_it(stand: Stand) -> None:
     stand.see(NEAR)
     stand.model.set_running(None)
     assert stand.model.conditions == ()
-    stand.see(NEAR)  # a message that was under way
+    stand.see(NEAR)  # a message that was on its way
     assert stand.model.conditions == ()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Several curves in one lane: their colors, scales, names, limits and bands; and folded lanes."""
+"""Several curves in one lane: colors, scales, names, limits and bands; and folded lanes."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -31,7 +31,7 @@ HEIGHT = 120
 
 
 def curve(name: str, value: float, unit: str = 'N', color: Any = GREEN, **more: Any) -> Lane:
-    """A line from 0 to a value within 20 s."""
+    """A line from 0 to a value in 20 s."""
     values = np.linspace(0.0, value, 200)
     return Lane(name, unit, color, values, values, ('arm', name, '/t'), **more)
 
@@ -41,7 +41,7 @@ def lane(*curves: Lane) -> Lane:
 
 
 def drawn(shown: Lane) -> Any:
-    """The pictures of a lane of 100 px and its image."""
+    """The pictures of a lane of 100 px, and its image."""
     made = LanePictures()
     made.set_lanes([shown])
     made.want([LaneLook(TimeAxis(20.0, 0.0, 100.0), 100, HEIGHT, 1.0, QFont(), 20.0,
@@ -53,7 +53,7 @@ def drawn(shown: Lane) -> Any:
 
 
 def rows_of(image: Any, color: QColor, x: int) -> List[int]:
-    """Where a column has a color."""
+    """The rows of a column that have a color."""
     return [y for y in range(HEIGHT) if image.pixelColor(x, y).alpha() > 200
             and image.pixelColor(x, y).rgb() & 0xffffff == color.rgb() & 0xffffff]
 
@@ -62,7 +62,7 @@ def test_curves_of_one_unit_have_one_scale_and_others_their_own(qtbot: QtBot) ->
     made, _ = drawn(lane(curve('a', 10.0), curve('b', 100.0), curve('c', 3.0, 'm/s'),
                          curve('d', 1.0, ''), curve('e', 5.0, '')))
     ends = [made.scale(0, number).high for number in range(5)]
-    assert ends == [100.0, 100.0, 3.0, 1.0, 5.0]  # without a unit nobody knows what they share
+    assert ends == [100.0, 100.0, 3.0, 1.0, 5.0]  # without a unit, they may have nothing in common
 
 
 def test_they_are_where_the_common_scale_says(qtbot: QtBot) -> None:
@@ -111,7 +111,7 @@ def test_a_scale_without_numbers_is_told(value: float, unit: str, text: str,
 
 
 class TestTimeline:
-    """On the screen."""
+    """Overlaid curves on the screen."""
 
     @staticmethod
     def show(bench: Bench, curves: Sequence[Lane], choice: LaneChoice) -> None:

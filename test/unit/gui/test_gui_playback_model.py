@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The playback model: what it asks of the player, and what it tells in between."""
+"""The playback model: its requests to the player, and its values in between."""
 from __future__ import annotations
 
 import pytest
@@ -54,7 +54,7 @@ def test_changed_is_told_for_changes_alone_and_moved_for_positions(stand: Playba
 
 def test_a_player_that_no_longer_reports_stands_where_it_was_last(stand: PlaybackStand,
                                                                   qtbot: QtBot) -> None:
-    """As the scene does, whatever it is asked for meanwhile."""
+    """The scene stays there as well, whatever is requested in the meantime."""
     stand.play(position_s=3.0)
     stand.now_s += 10.0
     stand.model.seek(12.0)
@@ -143,7 +143,7 @@ def test_an_error_that_is_no_refusal_is_not_hidden(stand: PlaybackStand) -> None
 
 
 class TestSeeking:
-    """Scrubbing: at most one seek under way, then only the newest one."""
+    """Scrubbing: at most one seek in progress, then only the newest one."""
 
     def test_only_the_first_and_the_newest_are_sent(self, stand: PlaybackStand) -> None:
         for tenth in range(1, 101):
@@ -214,7 +214,7 @@ class TestSeeking:
 
 
 class TestSteps:
-    """Steps by the chosen unit; held keys do not pile up."""
+    """Steps by the selected unit; held keys do not pile up."""
 
     @pytest.mark.parametrize('unit, expected', [
         (MESSAGE, ('step', -1, '', 0.0)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The panel as a whole: a real bag, and a player that the test plays."""
+"""The panel as a whole: a real bag, and a player that the test controls."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -32,7 +32,7 @@ MACHINE = Device(DeviceType.OTHER, 'machine', HERE,
 
 
 class Bench:
-    """The panel with a bag of 4 s, whose feed rate is its time."""
+    """Panel with a bag of 4 s, whose feed rate equals its time."""
 
     def __init__(self, qtbot: QtBot, tasks: Tasks, folder: Path) -> None:
         self.stand = PlaybackStand()
@@ -67,7 +67,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 
 def shown(bench: Bench) -> str:
-    """The value at the position, as it is written."""
+    """The displayed value at the position."""
     return bench.panel.timeline.lane_texts(0).at_position
 
 
@@ -88,7 +88,7 @@ def test_the_value_is_that_of_the_position_and_not_of_a_column(
 
 
 def test_the_value_goes_on_while_the_mouse_rests(bench: Bench, qtbot: QtBot) -> None:
-    """Clicked on the timeline, the window said the same number while it played on."""
+    """After a click on the timeline, the window showed the same number while playback continued."""
     timeline = bench.panel.timeline
     timeline._show_hover(timeline.axis.x(1.0))
     bench.stand.state(position_s=3.0)

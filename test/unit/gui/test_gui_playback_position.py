@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The position between states: even, within its limits, and never against the direction."""
+"""The position between states: smooth, within its limits, and never against the direction."""
 from __future__ import annotations
 
 from typing import List
@@ -68,7 +68,7 @@ def test_a_jump_of_the_player_is_followed_at_once() -> None:
 
 @pytest.mark.parametrize('rate', [1.0, 16.0])
 def test_a_player_that_hung_is_behind_its_own_first_state(rate: float) -> None:
-    """It told where it should have been, and then went on from where it was."""
+    """It reported the position where it should have been, and then continued from the real one."""
     playing = PLAYING._replace(rate=rate, achieved_rate=rate)
     position = position_of(playing)
     position.take(playing._replace(position_s=5.0 + 3.0 * rate, stamp_s=1003.0))
@@ -90,7 +90,7 @@ states = st.lists(st.tuples(st.floats(0.01, 0.2), st.floats(0.0, 1.0), st.floats
 
 @given(states, st.sampled_from([1.0, -1.0]))
 def test_it_never_runs_against_the_direction(steps: List[List[float]], sign: float) -> None:
-    """Whatever the player reaches, and however late its states come."""
+    """This holds for any rate that the player reaches, and for late states."""
     position, now_s, true_s = PlaybackPosition(), 1000.0, 10.0
     shown: List[float] = []
     for interval_s, share, late_s in steps:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A player that is started again goes on where the one before it was stopped."""
+"""A restarted player continues where the previous one was stopped."""
 from __future__ import annotations
 
 from typing import Any, List
@@ -20,11 +20,11 @@ def stand(qtbot: Any) -> PlaybackStand:
 
 
 def restart(stand: PlaybackStand, **changes: Any) -> List[Any]:
-    """Stop the player and start another one; returns what that is asked for."""
+    """Stop the player and start another one; return the commands that it gets."""
     stand.model.follow_player(False)
     stand.model.take_state(None)
     stand.snapshot = FIRST
-    stand.state(**changes)  # it tells of itself before it takes commands
+    stand.state(**changes)  # it reports its state before it accepts commands
     assert stand.commands() == []
     stand.model.follow_player(True)
     stand.state(**changes)
@@ -55,7 +55,7 @@ def test_a_and_b_stay_while_the_loop_is_off(stand: PlaybackStand) -> None:
 
 
 def test_a_player_that_was_not_stopped_is_left_alone(stand: PlaybackStand) -> None:
-    """What is applied may have changed other nodes only."""
+    """The change may have affected other nodes only."""
     stand.play(position_s=7.0)
     stand.model.take_state(None)
     stand.play(position_s=8.0)

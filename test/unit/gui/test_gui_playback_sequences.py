@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The playback model and a player, after every sequence of what operator, player and tasks do."""
+"""The playback model and a player, after any sequence of actions of operator, player and tasks."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -19,7 +19,7 @@ LENGTH_S = PAUSED.duration_s
 
 
 class SmallPlayer:
-    """Does what it is asked for, at once, unless it is away or refuses the next command."""
+    """Player that obeys at once, unless it is away or refuses the next command."""
 
     def __init__(self) -> None:
         self.now_s = PAUSED.stamp_s
@@ -27,7 +27,7 @@ class SmallPlayer:
         self.refuses = self.is_away = False
 
     def updated(self) -> PlayerSnapshot:
-        """Its state now."""
+        """Its current state."""
         return self.state._replace(stamp_s=self.now_s, achieved_rate=(
             0.0 if self.state.paused else self.state.rate))
 
@@ -74,7 +74,7 @@ class SmallPlayer:
 
 
 class Play:
-    """A model, its player, and all that can happen to them, each with a number from 0 to 1."""
+    """Model, its player, and all possible actions, each with a number from 0 to 1."""
 
     def __init__(self) -> None:
         self.player = SmallPlayer()
@@ -138,7 +138,7 @@ class Play:
         self.model.toggle_loop() if share < 0.7 else self.model.clear_loop()
 
     def check(self) -> None:
-        """What holds at any time."""
+        """Check the conditions that hold at any time."""
         model = self.model
         assert 0.0 <= model.position_s <= model.state.duration_s
         if model.state.is_available:
@@ -147,7 +147,7 @@ class Play:
             assert not model.state.is_playing
 
     def end(self) -> None:
-        """All calls are answered, and the player tells its state once more."""
+        """Answer all calls, and let the player send its state once more."""
         self.tasks.end_all()
         self.player.go_on(0.1)
         self.player.state = self.player.state._replace(paused=True)

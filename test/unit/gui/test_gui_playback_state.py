@@ -67,7 +67,7 @@ def test_another_recording_has_points_of_its_own(loop: Optional[Tuple[float, flo
 @pytest.mark.parametrize('segment, stamp_s, sent_s, holds', [
     (1, SENT_S + 1.0, SENT_S, True),  # of the segment that the seek is to end
     (2, SENT_S - 0.1, SENT_S, True),  # from before the seek was sent
-    (2, SENT_S + 1.0, None, True),  # still under way
+    (2, SENT_S + 1.0, None, True),  # still in progress
     (2, SENT_S, SENT_S, False),
 ])
 def test_a_seek_holds_until_the_player_tells_of_it(segment: int, stamp_s: float,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The marker by which a frame is dragged: what the server of markers is told, and tells."""
+"""The marker for dragging a frame: communication with the marker server."""
 from __future__ import annotations
 
 import math
@@ -18,7 +18,7 @@ TURNED = math.sqrt(0.5)
 
 
 class Stage:
-    """A marker for a frame, its server, and what was dragged."""
+    """Marker of a frame, its server, and the dragged poses."""
 
     def __init__(self) -> None:
         self.dragged: List[Tuple[str, Pose]] = []
@@ -28,7 +28,7 @@ class Stage:
                                  '/calibration', self._make_server)
 
     def feed_back(self, event: int, frame: str = 'camera_link') -> None:
-        """Say what RViz would while the mouse does something."""
+        """Send RViz's feedback for a mouse event."""
         self.server.feed_back(event, frame, PoseMessage(
             Point(0.5, 0.0, -1.0), Quaternion(0.0, 0.0, TURNED, TURNED)))
 
@@ -91,7 +91,7 @@ def test_it_follows_what_is_set_and_says_nothing_then(stage: Stage) -> None:
 def test_another_frame_takes_its_place(stage: Stage) -> None:
     stage.marker.show('world', 'base', Pose())
     assert list(stage.server.shown) == ['base']
-    stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)  # on its way since before
+    stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)  # sent earlier, still on its way
     stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE, 'base')
     assert [frame for frame, _ in stage.dragged] == ['base']
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The list of problems, and the log of a node that died."""
+"""The list of problems, and the log of a dead node."""
 from __future__ import annotations
 
 from typing import List, Tuple
@@ -54,7 +54,7 @@ def test_all_can_be_read_where_the_list_has_no_room(view):
     text = view.findChild(QPlainTextEdit, 'all_problems_text')
     assert text.isVisible() and not text.window().isModal()
     assert text.toPlainText() == '\n\n'.join(map(str, PROBLEMS))
-    assert text.lineWrapMode() == QPlainTextEdit.WidgetWidth  # nothing is cut
+    assert text.lineWrapMode() == QPlainTextEdit.WidgetWidth  # nothing is cut off
     tips = [view.findChild(QListWidget, 'problems').item(row).toolTip() for row in (0, 1)]
     assert all(it.message in tip for it, tip in zip(PROBLEMS, tips))
 

@@ -82,7 +82,7 @@ def test_a_recording_from_start_to_end(model, client, qtbot):
     client.gate.clear()
     model.start()
     assert model.phase is RecordingPhase.STARTING and model.is_recording
-    model.take_state(told('idle'))  # told before the recorder took the command
+    model.take_state(told('idle'))  # sent before the recorder received the command
     assert model.phase is RecordingPhase.STARTING
     client.gate.set()
     qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
@@ -100,7 +100,7 @@ def test_a_recording_from_start_to_end(model, client, qtbot):
 
 
 def test_a_finished_bag_has_the_problems_that_are_told_at_its_end(recording, client, qtbot):
-    """What a problem says of the present is no longer said then."""
+    """The parts of a problem that concern the present are left out then."""
     files = (client.path,)
     recording.take_state(told('recording', files=files, problems=('/a fell silent; look',)))
     with qtbot.waitSignal(recording.finished):
@@ -184,7 +184,7 @@ def test_the_name(model, client, qtbot, choice, prefix, name):
 def test_an_existing_file_is_told_before_and_at_the_start(model, client, tmp_path, qtbot):
     model.choices.choose_name(NameChoice.NAME)
     model.choices.set_name('seam')
-    model.start()  # before the look at the disk has answered
+    model.start()  # before the check of the disk has answered
     qtbot.waitUntil(lambda: model.phase is RecordingPhase.RECORDING)
     model.stop()
     Path(client.path).touch()
@@ -213,7 +213,7 @@ def test_a_refusal_of_a_folder_goes_with_another_folder(model, tmp_path, qtbot):
     qtbot.waitUntil(lambda: 'Enter a full path' in model.choices.problem)
     model.start()
     assert 'Enter a full path' in model.state.error
-    model.choices.changed.emit()  # such as by the recorder's figures
+    model.choices.changed.emit()  # for example by the recorder's figures
     assert 'Enter a full path' in model.state.error
     model.choices.set_folder(str(tmp_path))
     assert model.state.error == ''
@@ -244,7 +244,7 @@ def test_what_was_found_in_the_folder_before_says_nothing_of_the_next(
 
     def held(folder: str, *_names: str) -> BagTarget:
         begun.append(folder)
-        if folder not in gates:  # it was asked for before
+        if folder not in gates:  # it was requested before
             return BagTarget()
         assert gates[folder].wait(60)
         return BagTarget(f'you may not write into {folder}')
@@ -254,7 +254,7 @@ def test_what_was_found_in_the_folder_before_says_nothing_of_the_next(
     for folder in gates:
         model.choices.set_folder(folder)
     gates['/before'].set()
-    qtbot.waitUntil(lambda: '/next' in begun)  # so what was found before has been taken
+    qtbot.waitUntil(lambda: '/next' in begun)  # so the earlier result has been processed
     problem = model.choices.problem
     gates['/next'].set()
     qtbot.waitUntil(lambda: '/next' in model.choices.problem)
@@ -272,7 +272,7 @@ def test_the_clock_goes_on_between_states_and_never_back(recording, clock):
     assert recording.elapsed_s == pytest.approx(1.4)
     recording.take_state(told('recording', files=(recording.state.path,), duration_s=1.35))
     assert recording.elapsed_s == pytest.approx(1.4)
-    clock.now_s += 60.0  # the recorder says nothing any more
+    clock.now_s += 60.0  # the recorder is silent from now on
     assert recording.elapsed_s < 5.0
 
 
@@ -328,7 +328,7 @@ def test_a_mark_that_nobody_took_is_told_when_the_recording_ends(recording, clie
     recording.mark()
     wait_for_line(tasks, 'recorder', qtbot)
     with qtbot.waitSignal(recording.failed) as signal:
-        if is_heard:  # it was too late for the mark
+        if is_heard:  # too late for the mark
             recording.take_state(told(files=(client.path,)))
         else:
             run(session, None)
@@ -457,7 +457,7 @@ def test_a_recorder_that_has_ended_without_finishing_its_bag(recording, client, 
         recording.phase is RecordingPhase.GONE
         and f'cell reindex {client.path}.active' in signal.args[0]
     )
-    run(session, Mode.REALTIME, PartState.FAILED)  # told with every report
+    run(session, Mode.REALTIME, PartState.FAILED)  # sent with every report
     recording.take_state(told())
     assert recording.phase is RecordingPhase.IDLE and len(messages_of(recording)) == 1
 
@@ -581,7 +581,7 @@ def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot, session):
 def test_settings_are_remembered(model, tasks, client):
     model.choices.choose_name(NameChoice.PREFIX)
     model.choices.set_prefix('run')
-    other = RecordingModel(tasks, client, Session(), model)  # lives as long as what it asked for
+    other = RecordingModel(tasks, client, Session(), model)  # kept alive until its request is done
     other.choices.restore({**model.choices.settings(), 'unknown': 'x'})
     assert other.choices.settings() == model.choices.settings()
     other.choices.restore({'choice': 'nonsense'})
@@ -589,7 +589,7 @@ def test_settings_are_remembered(model, tasks, client):
 
 
 def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client):
-    """Qt tells a timer that was due several times while nothing was heard only once."""
+    """Qt fires a timer only once if it was due several times while the thread was blocked."""
     for _ in range(5):
         recording._silence._timer.timeout.emit()
         recording.take_state(told('recording', files=(client.path,)))

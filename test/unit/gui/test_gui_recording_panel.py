@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recording panel, clicked as an operator does."""
+"""The recording panel, used as by an operator."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -116,7 +116,7 @@ def test_a_double_click_on_stop_starts_nothing(find, running, client, qtbot):
     button = find(QPushButton, 'record')
     qtbot.mouseClick(button, Qt.LeftButton)
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
-    qtbot.mouseClick(button, Qt.LeftButton)  # impatient: it was meant for Record
+    qtbot.mouseClick(button, Qt.LeftButton)  # impatient: meant for Record
     assert running.phase is RecordingPhase.RECORDING
     qtbot.waitUntil(lambda: not button.findChild(MeaningGuard).is_ignoring)
     qtbot.mouseClick(button, Qt.LeftButton)
@@ -201,7 +201,7 @@ def test_a_folder_that_is_chosen_stays_whatever_was_written_before(find, running
 
 
 def test_no_button_moves_with_the_problem_of_a_name_or_folder(find, running, qtbot, tmp_path):
-    """It may have several lines, where the folder cannot be used."""
+    """It may have several lines if the folder cannot be used."""
     panel = find(RecordingPanel, '')
     panel.resize(400, 600)
 
@@ -347,7 +347,7 @@ def test_rates_are_not_shown_without_a_recorder_that_counts(find, running, sessi
     (4 * 10 ** 9, 200.0, 'Stops in about 3 min, when the disk is full')])
 def test_low_disk_warns_of_where_the_recorder_stops(find, running, client, qtbot, free_bytes,
                                                     left_s, expected):
-    """The limit is the recorder's own, which follows from what it says; its rate is 20 MB/s."""
+    """The limit is the recorder's own, computed from its figures; its rate is 20 MB/s."""
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
     running.take_state(told('recording', files=(client.path,), time_left_s=left_s,
@@ -408,7 +408,7 @@ def test_a_refused_command_leaves_the_last_recording_as_it_was(find, running, cl
 
 
 def test_the_tick_is_the_verdict_of_the_report(find, running, client, qtbot):
-    """What the report calls not complete has no tick here, though the recorder had no problem."""
+    """A bag that the report calls not complete has no tick, though the recorder had no problem."""
     client.verdict = BagVerdict(False, 'not complete: 5 lost on /ft')
     click(find, 'record')
     qtbot.waitUntil(lambda: running.phase is RecordingPhase.RECORDING)
@@ -444,7 +444,7 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
     run(session, None)
     assert text(find, 'record_figures') == whole
     run(session, Mode.REALTIME)
-    running.take_state(told(messages=34_815))  # so many are in the memory of another recorder
+    running.take_state(told(messages=34_815))  # this many are in another recorder's memory
     assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
     assert 'seam.bag' in text(find, 'record_notice')
     running.dismiss()
@@ -480,7 +480,7 @@ def test_save_the_last_seconds(find, running, client, qtbot):
     width = find(QPushButton, 'save_recent').minimumWidth()
     assert width >= find(QPushButton, 'save_recent').sizeHint().width()
     running.take_state(told(recent_s=7.4))
-    assert find(QPushButton, 'save_recent').minimumWidth() == width  # nothing beside it moves
+    assert find(QPushButton, 'save_recent').minimumWidth() == width  # nothing next to it moves
     running.take_state(told(recent_s=12.4))
     assert find(QPushButton, 'save_recent').text() == 'Save last 12 s'
     click(find, 'save_recent')

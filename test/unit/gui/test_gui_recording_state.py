@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a recording by sequences: commands, answers and states of the recorder in any order.
+"""The state of a recording after any sequence of commands, answers and recorder states.
 
-A recorder in the simplest words is commanded, ends by itself, is used by somebody else, falls
-silent and ends with its run. What it tells may arrive after the answer to a later command.
+A simple model of a recorder receives commands, ends by itself, is used by another user, falls
+silent and ends with its run. Its states may arrive after the answer to a later command.
 """
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BAG = '/bags/seam.bag'
 
 
 class Recorder:
-    """What the node does, without time for it."""
+    """The behavior of the recorder node, without delays."""
 
     def __init__(self) -> None:
         self.files: Tuple[str, ...] = ()
@@ -58,12 +58,12 @@ class Recorder:
                                 end_s - self.begun_s, problems=self.problems, recent_s=30.0)
 
     def restart(self) -> None:
-        """A new process knows nothing, but names no bag as one before."""
+        """Start a new process: it has no memory, and no bag name from before."""
         self.files, self.is_recording, self.problems = (), False, ()
 
 
 def test_a_late_state_of_an_older_recording_does_not_end_the_newest_bag_twice() -> None:
-    """Somebody else has recorded a bag just before the last seconds were saved."""
+    """Another user recorded a bag just before the last seconds were saved."""
     old = RecorderSnapshot('recording', ('/bags/old.bag',), 3.0)
     asked = RecordingState().run(True).asked_to_write(RecordingPhase.STOPPING)
     saved = events.ended(asked, [BAG], 100.0)
@@ -75,7 +75,7 @@ def test_a_late_state_of_an_older_recording_does_not_end_the_newest_bag_twice() 
 
 
 def test_after_the_recorder_stood_still_its_rates_are_not_believed_at_once() -> None:
-    """Its first measurement afterwards covers the time in which it received nothing."""
+    """Its first measurement afterward covers the time in which it received nothing."""
     state = RecordingState().run(True)
 
     def rates(now_s: float, rate: float) -> Tuple[float, Optional[float]]:
@@ -105,7 +105,7 @@ def test_a_name_that_is_recorded_once_more_is_announced_once_more() -> None:
 
 
 class Sequences(RuleBasedStateMachine):
-    """The state as the model leads it, beside the recorder."""
+    """The state as the model updates it, together with a recorder."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -221,7 +221,7 @@ class Sequences(RuleBasedStateMachine):
         assert self.state.phase is RecordingPhase.OFF
         self.launch_again(is_there)
 
-    # What the recorder does by itself, or for somebody else
+    # Actions of the recorder by itself, or for another user
 
     @precondition(lambda self: self.is_quiet)
     @rule(problems=st.sampled_from([(), ('the disk is full',)]), is_anew=st.booleans())
@@ -245,7 +245,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule()
     def hear(self) -> None:
-        """Hear what was sent first, or what the recorder says now."""
+        """Receive the oldest state on its way, or the recorder's current one."""
         if not self.sent:
             self.tell()
         sent_s, snapshot = self.sent.pop(0)
@@ -260,7 +260,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(seconds=st.floats(0.0, 30.0))
     def wait(self, seconds: float) -> None:
-        """Let time pass, while what was sent is on its way."""
+        """Let time pass while states are on their way."""
         self.now_s += seconds
 
     def take(self, step: events.RecordingStep) -> None:
@@ -272,7 +272,7 @@ class Sequences(RuleBasedStateMachine):
             self.finished.extend(step.ended[:1])
         self.state = step.state
 
-    # What always holds
+    # Invariants
 
     @invariant()
     def a_recording_has_a_path(self) -> None:
@@ -350,7 +350,7 @@ def test_a_mark_is_told_at_its_place_in_the_bag_however_late_reports_are() -> No
     state = events.updated(state, report, 110.0).state
     [mark] = state.marked(111.0, 5011.0).marks
     assert mark.time_s == 11.0
-    [mark] = state.marked(111.0).marks  # the recorder's clock is not known
+    [mark] = state.marked(111.0).marks  # the recorder's clock is unknown
     assert mark.time_s == 3.0
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The box of a depth sensor: numbers, dragging, saving; the panel used as an operator does."""
+"""The box of a depth sensor: numbers, dragging, saving; the panel used as by an operator."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -30,7 +30,7 @@ def sensor(name: str, region: RegionOfInterest = BOX) -> Device:
 
 
 class Nodes:
-    """Notes what is moved and saved, or fails."""
+    """Stand-in for the nodes that notes moves and saves, or fails."""
 
     def __init__(self) -> None:
         self.moves: List[Tuple[str, RegionOfInterest]] = []
@@ -115,7 +115,7 @@ def test_dragging_in_rviz_is_taken_and_not_sent_back(model, nodes, panel, qtbot)
     model.marker_wanted.connect(wanted.append)
     model.moved.connect(lambda *it: moved.append(it))
     larger = replace(BOX, size=(0.3, 0.4, 0.6))
-    model.take_dragged('a', larger)  # too late: it is not shown
+    model.take_dragged('a', larger)  # too late: it is not visible
     assert model.region == BOX
     panel.findChild(QToolButton, 'region_marker').click()
     model.take_dragged('b', larger)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instant replay: the model with a second cell that the test plays, and what the operator sees."""
+"""Instant replay: the model with a second cell that the test controls, and the operator's view."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,11 +23,11 @@ from process_visualizer.gui.session import Session
 from process_visualizer.launching.part_report import NodeReport, PartReport, PartState
 
 BEGIN_S = 970.0
-"""Of the memory, on the recorder's clock; now it is 1000."""
+"""Start of the memory on the recorder's clock; now it is 1000."""
 
 
 class Tools:
-    """In place of ReplayLink: notes what it is asked for; writes real files."""
+    """Stand-in for ReplayLink: notes the requests; writes real files."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.asked = folder, []  # type: Tuple[Path, List[Any]]
@@ -51,7 +51,7 @@ class Tools:
 
 
 class Stand(PlaybackStand):
-    """A replay of a cell that runs."""
+    """Replay of a running cell."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -70,14 +70,14 @@ class Stand(PlaybackStand):
         self.replay.take_report(PartReport(part, state, nodes, reason='it has died'))
 
     def tell(self, position_s: float = 0.0, **changes: Any) -> None:
-        """Let the player of the second cell tell its state."""
+        """Send the state of the second cell's player."""
         bag = self.tools.folder / 'replay.bag'
         self.snapshot = PAUSED._replace(stamp_s=self.now_s, begin_s=BEGIN_S, duration_s=30.0,
                                         position_s=position_s, files=(str(bag),), **changes)
         self.replay.take_state(self.snapshot)
 
     def begin(self, time_s: float = 990.0) -> None:
-        """Show a moment, with all that this takes."""
+        """Show a moment, with all necessary steps."""
         self.replay.show(time_s, self.choice)
         self.tasks.end_all()
         self.report(RVIZ_PART, PartState.RUNNING)
@@ -113,7 +113,7 @@ def test_a_moment_of_the_memory_is_shown_when_everything_is_there(stand: Stand) 
 
 
 def test_it_is_shown_with_what_the_devices_show(stand: Stand) -> None:
-    """Objects that are sought by a node that still starts would be missing."""
+    """The objects of a node that is still starting would be missing."""
     stand.report('kinect', PartState.STARTING)
     stand.begin()
     assert stand.replay.phase is ReplayPhase.PREPARING
@@ -140,13 +140,13 @@ def test_the_newest_wish_counts_while_it_is_prepared(stand: Stand) -> None:
 
 
 def test_a_moment_that_is_no_longer_in_memory_is_not_replayed(stand: Stand) -> None:
-    """Its beginning was shown instead, as if it were the moment."""
+    """The beginning of the memory was shown instead."""
     stand.replay.show(BEGIN_S - 60.0, stand.choice)
     stand.tasks.end_all()
     assert stand.replay.is_live and stand.tools.names() == [], 'no second cell is started for it'
     assert stand.failures == ['That moment, 1 min 30.0 s ago, can no longer be replayed: '
                               "the recorder's memory begins 30.0 s ago"]
-    stand.begin(BEGIN_S - 1.0)  # of the left end of the curves, gone while it was copied
+    stand.begin(BEGIN_S - 1.0)  # of the left end of the curves, lost during copying
     assert stand.replay.phase is ReplayPhase.SHOWN
 
 
@@ -165,7 +165,7 @@ def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand
     assert stand.replay.is_live
     assert ('pause',) in stand.commands()
     assert stand.tools.names() == ['hide']
-    stand.tell()  # it still says what it does
+    stand.tell()  # it still sends its state
     assert stand.replay.is_live
     stand.now_s = 1020.0
     stand.replay.show(1010.0, stand.choice)  # the copy ends at 1000
@@ -283,7 +283,7 @@ def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
 
 
 def test_each_copy_is_told_apart(stand: Stand) -> None:
-    """They have the same name: values of the last one would be read beside this one's picture."""
+    """They have the same name: values of the last one would be shown with the new picture."""
     assert stand.replay.played.paths == ()
     numbers = []
     for _copy in range(2):
@@ -300,7 +300,7 @@ def test_each_copy_is_told_apart(stand: Stand) -> None:
 
 
 def test_the_nodes_of_a_device_are_restarted_once(stand: Stand, qtbot: QtBot) -> None:
-    """What they drew would stay where it is while the moment changes."""
+    """Otherwise their old markers would stay while the moment changes."""
     bar = ReplayBar(stand.replay, lambda: stand.now_s)
     qtbot.addWidget(bar)
     stand.begin()
@@ -338,6 +338,6 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     assert bar.state.text() == 'REPLAY  12.5 s ago'
     stand.now_s = 1065.0
     bar.show_state()
-    assert bar.state.text() == 'REPLAY  1 min 15.0 s ago'  # as its RViz says
+    assert bar.state.text() == 'REPLAY  1 min 15.0 s ago'  # as its RViz shows
     bar.back.click()
     assert bar.isHidden() and stand.replay.is_live

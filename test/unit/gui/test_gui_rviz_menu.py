@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The menu of RViz, while it runs and after it has died."""
+"""The menu of RViz, while it runs and after it died."""
 from __future__ import annotations
 
 from typing import List, Optional

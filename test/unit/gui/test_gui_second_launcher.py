@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A second launcher says who has the cell, and shows it without changing anything."""
+"""A second launcher names the owner of the cell, and shows it without changing anything."""
 from __future__ import annotations
 
 import os
@@ -68,7 +68,7 @@ def test_the_files_of_a_launcher_are_found_by_its_process(
 
 
 class Started:
-    """What would be started."""
+    """The arguments of the programs that would be started."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.words: List[str] = []
@@ -105,8 +105,8 @@ def test_the_other_rviz_is_beside_the_first_and_on_the_screen(
 
 def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None:
     second = SecondLauncher(owner())
-    second.take_look(CellLook(frozenset(['/scene_watch'])))  # the others say so in the scene
-    second.take_look(CellLook(master_problem=MASTER_SILENT))  # what is connected goes on
+    second.take_look(CellLook(frozenset(['/scene_watch'])))  # the others report it in the scene
+    second.take_look(CellLook(master_problem=MASTER_SILENT))  # existing connections stay
     assert second.stale is None
     for look in (CellLook(frozenset(CELL_NODES)), CellLook(master_problem=MASTER_OTHER)):
         second.take_look(look)
@@ -118,7 +118,7 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
             second.take_look(CellLook())
             assert second.stale is None
     second.box.hide()
-    second._is_asking = False  # RViz is shown
+    second._is_asking = False  # RViz is open
     with qtbot.waitSignal(second.ended):
         second.stale.findChild(QAbstractButton, 'stop_looking_on').click()
 

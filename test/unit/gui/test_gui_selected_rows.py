@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a selected row still tells: the colors of its icon and of its text."""
+"""A selected row keeps its colors: those of its icon and of its text."""
 from __future__ import annotations
 
 from collections import Counter
@@ -40,7 +40,7 @@ def devices(qtbot: QtBot, qapp: QApplication) -> DevicesView:
 
 
 def colors(view: DevicesView) -> Counter:  # type: ignore[type-arg]
-    """The colors of the state of the selected row, and how many pixels have them."""
+    """The state colors of the selected row, and the number of pixels that have them."""
     row = view.visualItemRect(view.topLevelItem(0))
     image: QImage = view.viewport().grab(row).toImage()
     points: Tuple[Tuple[int, int], ...] = tuple(
@@ -49,7 +49,7 @@ def colors(view: DevicesView) -> Counter:  # type: ignore[type-arg]
 
 
 def nearly(found: Counter, name: str) -> int:  # type: ignore[type-arg]
-    """Return how many pixels nearly have a color; the edges of an icon are smoothed."""
+    """Return the number of pixels that nearly have a color; icon edges are smoothed."""
     def rgb(one: str) -> np.ndarray:
         return np.array(QColor(one).getRgb()[:3])
     return sum(count for one, count in found.items() if np.abs(rgb(one) - rgb(name)).max() < 60)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When messages were sent, from their stamps."""
+"""Sending times of messages, from their stamps."""
 from __future__ import annotations
 
 from hypothesis import given

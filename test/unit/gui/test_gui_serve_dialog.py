@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The running cell in browsers: the switch, the address with its QR code, and who is looking."""
+"""The running cell in browsers: the switch, the address with its QR code, and the viewers."""
 from __future__ import annotations
 
 import sys
@@ -19,7 +19,7 @@ URL = 'http://192.168.1.10:11480/aVeryLongToken/'
 
 @pytest.fixture
 def dialog(qtbot: QtBot, tmp_path: Path) -> Callable[[str], ServeDialog]:
-    """A dialog whose program stands for rosrun."""
+    """A dialog with a program that replaces rosrun."""
     parent = QWidget()
     qtbot.addWidget(parent)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The session: what is in force, and what is told when it changes."""
+"""The session: its current values, and the signals when they change."""
 from __future__ import annotations
 
 from typing import Any, List
@@ -24,7 +24,7 @@ OVEN, PRESS = (Device(DeviceType.OTHER, name, Location('cell.xml', 1))
 
 
 class Told:
-    """A session, and the names of the signals that it emits."""
+    """Session, and the names of the signals that it emits."""
 
     def __init__(self) -> None:
         self.session = Session()
@@ -34,7 +34,7 @@ class Told:
             getattr(self.session, name).connect(lambda name=name: self._names.append(name))
 
     def names(self) -> List[str]:
-        """Return what was told since the last call."""
+        """Return the signals since the last call."""
         told, self._names = self._names, []
         return told
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the launcher remembers."""
+"""The settings that the launcher keeps."""
 from __future__ import annotations
 
 import os
@@ -38,7 +38,7 @@ def test_what_another_version_has_written_does_not_matter(tmp_path: Path) -> Non
 
 
 def check_unusable(path: Path, reason: str) -> None:
-    """It is told and left alone; the session has its values all the same."""
+    """Assert that the file is reported and not touched; the session has its values anyway."""
     kept = settings(path.parent)
     assert kept.problem.endswith(f'{path}: {reason}')
     assert (kept.value('mode', 'realtime'), kept.folder) == ('realtime', str(path.parent))
@@ -76,7 +76,7 @@ def test_the_file_is_where_qt_has_those_of_the_user(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_program_that_takes_the_place_of_this_one_finds_them(tmp_path: Path) -> None:
-    """Nothing of this process is ended then, and so Qt writes nothing."""
+    """Nothing in this process is shut down then, so Qt writes nothing."""
     first = settings(tmp_path)
     first.store('bag', {'open': ['/a.bag']})
     first.sync()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The keys as they are shown, and whether each means one thing at a time."""
+"""The displayed keys, and that each has one meaning at a time."""
 from __future__ import annotations
 
 from typing import List

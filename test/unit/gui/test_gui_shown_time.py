@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The part of a recording that is shown: it never leaves the recording, and keeps what matters."""
+"""The visible part of a recording: it never leaves the recording, and keeps what matters."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Tuple

@@ -115,7 +115,7 @@ def test_a_notice_of_four_lines_is_whole_on_a_tall_screen(qtbot: Any, screen_px:
 
 
 def test_the_last_line_that_is_seen_is_not_cut(qtbot: Any) -> None:
-    """An underscore is at the end of its line."""
+    """An underscore is at the bottom of its line."""
     view = LaunchView()
     qtbot.addWidget(view)
     view.resize(440, 300)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is clicked stays where it is, though it cannot be clicked again."""
+"""A clicked widget stays where it is, even if the click disables it."""
 from __future__ import annotations
 
 from typing import Any, Callable
@@ -13,7 +13,7 @@ from process_visualizer.gui.toolkit.scrolling import Column, ColumnScroll, Notic
 
 
 def test_a_button_that_is_disabled_by_its_click_does_not_move(qtbot: Any) -> None:
-    """Qt gives the keyboard to the next one, which is below what can be seen."""
+    """Qt moves the focus to the next button, which is below the visible part."""
     content = QWidget()
     layout = QVBoxLayout(content)
     first, far = QPushButton('Find runs'), QPushButton('Cancel')

@@ -81,7 +81,7 @@ def test_after_the_end_nothing_is_delivered(qtbot: Any) -> None:
 
 
 def test_a_late_gui_thread_gets_only_the_newest_value(qtbot: Any) -> None:
-    """Values that queued up kept a launcher busy for 45 min: SIGTERM and clicks had no effect."""
+    """Queued values kept a launcher busy for 45 min: SIGTERM and clicks had no effect."""
     newest, came = NewestValue(), []
     newest.came.connect(came.append)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The dark theme beside the light one: switched while everything is shown."""
+"""The dark theme and the light one: switched while everything is visible."""
 from __future__ import annotations
 
 import subprocess
@@ -90,7 +90,7 @@ def test_style_sheets_icons_and_rows_change(app, qtbot) -> None:
         apply_theme(app, wanted)
         shown = colors_of(notice)
         assert wanted.behind_bad in shown and other.behind_bad not in shown
-        assert other.warning not in shown  # of its icon
+        assert other.warning not in shown  # for its icon
         assert wanted.paper in colors_of(tree) and other.paper not in colors_of(tree)
         row.setSelected(True)
         assert wanted.selected in colors_of(tree)
@@ -119,7 +119,7 @@ def test_a_follower_is_called_once_for_each_change(app, qtbot) -> None:
 
 @pytest.mark.parametrize('change', ['style', 'theme'])
 def test_widgets_that_become_unreachable_meanwhile_outlive_the_change(change: str) -> None:
-    """In a program of its own, which Qt ends by SIGSEGV if they are deleted before."""
+    """In a separate program, which Qt ends by SIGSEGV if they are deleted earlier."""
     program = Path(__file__).with_name('unreachable_widgets.py')
     result = subprocess.run([sys.executable, str(program), change], timeout=60,
                             capture_output=True, text=True)
@@ -170,7 +170,7 @@ class TestChoice:
     ('1', '2', 'light')])
 def test_the_portal_of_a_desktop_is_asked_and_followed(begin: str, later: str,
                                                        expected: str) -> None:
-    """A portal on a message bus of its own."""
+    """A portal on its own message bus."""
     program = Path(__file__).with_name('portal_and_program.py')
     result = subprocess.run(
         ['dbus-run-session', '--', sys.executable, str(program), begin, later, expected],

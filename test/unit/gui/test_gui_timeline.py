@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The timeline: by real mouse and key events, what it asks of the player and what it shows."""
+"""The timeline: real mouse and key events, requests to the player, and display."""
 from __future__ import annotations
 
 import numpy as np
@@ -74,7 +74,7 @@ class TestSeeking:
 
 
 class TestMarks:
-    """Flags: a press goes to the mark, not to where the mouse is."""
+    """Flags: a press goes to the mark, not to the mouse position."""
 
     def test_a_press_on_a_flag(self, bench: Bench) -> None:
         bench.stand.model.set_marks([PlacedMark(3.0, 'seam'), PlacedMark(9.0, 'slack')])
@@ -145,7 +145,7 @@ class TestLoop:
 
 
 class TestShowing:
-    """What is drawn, and how much of it again."""
+    """The drawn content, and how much of it is redrawn."""
 
     def test_values_at_the_playhead_and_under_the_mouse(self, bench: Bench) -> None:
         bench.view.grab()
@@ -216,7 +216,7 @@ class TestShowing:
 
 
 class TestKeysAndMenu:
-    """What can be done without a mouse, and by its right button."""
+    """Actions without a mouse and by its right button."""
 
     @pytest.mark.parametrize('key, expected', [
         (Qt.Key_Home, ('seek', 0.0)), (Qt.Key_End, ('seek', 20.0)),
@@ -253,7 +253,7 @@ def test_alarms_are_bars_below_the_groove(qtbot: QtBot) -> None:
 
 
 class TestMoments:
-    """Moments of a good run are dragged to where they belong; a press goes there."""
+    """Moments of a good run are dragged to the right time; a press goes there."""
 
     Y = int(TRACK_TOP) + 5
 

@@ -112,7 +112,7 @@ class TestTexts:
         assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts
 
     def test_a_column_with_several_values_has_no_value_that_nobody_sent(self) -> None:
-        """An edge jumped from 253 to 424: in between there was never a 338."""
+        """An edge jumped from 253 to 424: there was never a 338 in between."""
         lane = Lane('a', '', (1.0, 0.0, 0.0), np.array([253.0]), np.array([424.0]))
         assert lane_texts(lane, 300.0, 253.0, lane.range_at(0.5)) == (
             '253', '253 to 424', 'Δ +0 to +171')
@@ -137,7 +137,7 @@ class TestTexts:
 
 
 class TestLane:
-    """Values at a time, and what lies between messages."""
+    """Values at a time, and between messages."""
 
     def test_a_slow_topic_holds_its_value_but_not_over_a_hole(self) -> None:
         values = np.full(100, NAN)
@@ -174,11 +174,11 @@ def drawn(lane: Lane, axis: TimeAxis, scale: float = 1.0) -> np.ndarray:
 
 
 class TestLimits:
-    """The curve is red beyond them, and only there."""
+    """The curve is red beyond the limits, and only there."""
 
     @staticmethod
     def is_red(low: float, high: float, values: np.ndarray) -> np.ndarray:
-        """Which columns have a red dot of the curve; the lines of the limits left out."""
+        """Return which columns have a red dot of the curve; the lines of the limits are ignored."""
         lane = Lane('', '', (0.0, 0.0, 1.0), values, values,
                     limits=WarningLimits(low, high, (1.0, 0.0, 0.0)))
         dots = drawn(lane, TimeAxis(10.0, 0.0, 100.0)).astype(int)
@@ -191,7 +191,7 @@ class TestLimits:
         assert red[:32].all() and not red[36:64].any() and red[68:].all()
 
     def test_not_below_a_good_value(self, qtbot: QtBot) -> None:
-        """The soft area below it reaches through the forbidden values, but is not one."""
+        """The shaded area below it covers the forbidden values, but is not red."""
         lane = Lane('', '', (0.0, 0.0, 1.0), np.full(50, 9.0), np.full(50, 9.0),
                     limits=WarningLimits(3.0, None, (1.0, 0.0, 0.0)))
         dots = drawn(lane, TimeAxis(10.0, 0.0, 100.0)).astype(int)
@@ -208,7 +208,7 @@ class TestLimits:
 
 
 def test_what_is_visible_decides_the_scale() -> None:
-    """0.4 N of a curve of 20 N: the wiggle is seen."""
+    """0.4 N of a curve of 20 N: the small oscillation is visible."""
     values = np.concatenate([np.zeros(500), 19.8 + 0.2 * np.sin(np.linspace(0.0, 40.0, 500))])
     lane = Lane('', 'N', (1.0, 0.0, 0.0), values, values)
     parts = [visible_part(lane, LaneLook(TimeAxis(5.0, 0.0, 100.0, begin_s), 100, 46, 1.0,
@@ -252,7 +252,7 @@ def test_the_noise_of_a_steady_value_does_not_fill_the_lane() -> None:
 
 
 class TestPicture:
-    """The drawn curve is where its values are."""
+    """The drawn curve is at its values."""
 
     @staticmethod
     def alpha(lane: Lane, scale: float = 1.0, begin_s: float = 0.0,
@@ -268,7 +268,7 @@ class TestPicture:
         assert alpha[:20, :45].max() == 0
         assert alpha[0, 55:].min() > 200
         assert alpha[:24, 50].min() > 200  # the step itself is a line
-        assert 0 < alpha[12, 75] < 100  # softly filled down to zero
+        assert 0 < alpha[12, 75] < 100  # light shading down to zero
 
     def test_what_is_not_known_is_not_drawn(self, qtbot: QtBot) -> None:
         values = np.concatenate([np.full(300, 5.0), np.full(400, NAN), np.full(300, 5.0)])
@@ -283,7 +283,7 @@ class TestPicture:
         assert alpha[1, 46] > 200
 
     def test_a_part_of_the_recording(self, qtbot: QtBot) -> None:
-        """Of a step at 5 s: before it, at it, and after it."""
+        """Parts around a step at 5 s: before, at and after it."""
         values = np.repeat([0.0, 10.0], 500)
         lane = Lane('', '', (1.0, 0.0, 0.0), values, values)
         before, at, after = (self.alpha(lane, 1.0, begin_s, 1.0)

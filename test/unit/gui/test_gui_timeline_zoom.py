@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looking closer at a part of the recording: by wheel, double click, keys, menu and scroll bar."""
+"""Zooming into a part of the recording: by wheel, double click, keys, menu and scroll bar."""
 from __future__ import annotations
 
 from typing import List
@@ -111,7 +111,7 @@ def test_the_menu_shows_the_loop_or_all(bench: Bench) -> None:
 
 
 class TestFollowing:
-    """What is played stays in sight, unless the operator looks at something else."""
+    """Playback stays in view, unless the operator looks at another part."""
 
     def test_playing_turns_the_page(self, bench: Bench) -> None:
         bench.view.zoom.show_part(2.0, 4.0)
@@ -132,7 +132,7 @@ class TestFollowing:
         assert bench.view.zoom.shown.contains(9.0)
 
     def test_of_another_recording_all_is_shown(self, bench: Bench) -> None:
-        """Its curves and marks are shown at once, before its player takes the last one's place."""
+        """Its curves and marks are shown at once, before its player replaces the last one."""
         bench.view.zoom.show_part(2.0, 4.0)
         bench.view.set_recording(30.0)
         assert shown(bench) == (0.0, 30.0)
@@ -141,7 +141,7 @@ class TestFollowing:
 
 
 class TestDrawing:
-    """Everything lies where its time is, and what is not shown is not drawn."""
+    """Everything is drawn at its time, and nothing outside the visible part is drawn."""
 
     def test_playhead(self, bench: Bench) -> None:
         bench.stand.state(position_s=11.0)
@@ -155,7 +155,7 @@ class TestDrawing:
         bench.view.zoom.show_part(10.0, 12.0)
         bench.view.grab()
         bench.move(10.0, LANES_Y)
-        bench.qtbot.waitUntil(  # the picture has the scale that says how many decimals count
+        bench.qtbot.waitUntil(  # the picture has the scale, which determines the number of decimals
             lambda: bench.view.lane_texts(0).at_mouse == '5.50')
 
     def test_the_axis_moves_below_a_resting_mouse(self, bench: Bench) -> None:
@@ -163,7 +163,7 @@ class TestDrawing:
         bench.view.grab()
         bench.move(10.0, LANES_Y)
         bench.view.zoom.show_part(14.0, 16.0)
-        bench.qtbot.waitUntil(  # the picture has the scale that says how many decimals count
+        bench.qtbot.waitUntil(  # the picture has the scale, which determines the number of decimals
             lambda: bench.view.lane_texts(0).at_mouse == '7.50')
 
     def test_a_curve_with_a_peak(self, bench: Bench, qtbot: QtBot) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tool that was learned: offered once, written into the file or not."""
+"""The learned tool: offered once, written into the file or not."""
 from __future__ import annotations
 
 from types import SimpleNamespace
@@ -30,7 +30,7 @@ def warning(name: str, values: 'dict[str, str]') -> NodeWarning:
 
 
 class Stand:
-    """A model with its notice, and files that take what is written or refuse it."""
+    """Model with its notice, and files that accept or refuse the text."""
 
     def __init__(self) -> None:
         self.tasks = HeldTasks()
@@ -100,7 +100,7 @@ def test_it_is_written_once(stand: Stand, qtbot: Any) -> None:
     button = stand.notice.findChild(QPushButton, 'tool_write')
     assert button.accessibleName() == f'Write {ELEMENT} into /cells/cell.xml'
     qtbot.mouseClick(button, Qt.LeftButton)
-    stand.model.write()  # it is being written already
+    stand.model.write()  # writing is in progress
     with qtbot.waitSignal(stand.model.saved):
         stand.tasks.end_one()
     assert (stand.asked(), stand.tasks.held) == ('', [])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics are ticked, and how they are told to be."""
+"""The ticked topics, and their displayed state."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -92,7 +92,7 @@ def test_ticks_are_those_of_the_last_session(ticks: TopicTicks) -> None:
 
 
 def test_what_is_not_recorded_does_not_count_as_coming_in(ticks: TopicTicks) -> None:
-    """Images that were not ticked made the disk full in half an hour instead of four days."""
+    """Images that were not ticked made it half an hour until the disk is full, not four days."""
     image = seen('/kinect/image', 30.0)._replace(bytes=1000 * 614_400)
     ticks.take([seen('/robot/q_act'), image, seen('/other', 1.0)])
     assert ticks.ticked_share() == pytest.approx(1.0)

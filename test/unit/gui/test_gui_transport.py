@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The buttons, the time, the speed and the unit of a step, by real mouse and key events."""
+"""The buttons, the time, the speed and the step unit, with real mouse and key events."""
 from __future__ import annotations
 
 from typing import Any
@@ -15,7 +15,7 @@ from process_visualizer.gui.playback.transport_view import SpeedSlider, Transpor
 
 
 class Bench:
-    """The view on the screen, with a player of 20 s."""
+    """View on the screen, with a player of 20 s."""
 
     def __init__(self, qtbot: QtBot, width: int = 430) -> None:
         self.qtbot = qtbot
@@ -171,7 +171,7 @@ class TestSpeed:
 
 
 class TestStepUnit:
-    """Messages, those of a topic, or times."""
+    """Messages, messages of a topic, or times."""
 
     def test_a_topic_is_chosen(self, bench: Bench) -> None:
         bench.view.set_topics(['/camera', '/force'])

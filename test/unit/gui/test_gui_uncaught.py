@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors that nobody expected end in the log and in one dialog."""
+"""Unexpected errors end up in the log and in one dialog."""
 from __future__ import annotations
 
 import sys
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.qt_no_exception_capture
 
 @pytest.fixture(autouse=True)
 def hooks() -> Iterator[None]:
-    """Puts the hooks of the test's own process back."""
+    """Restores the hooks of the test process."""
     before = sys.excepthook, threading.excepthook
     yield
     sys.excepthook, threading.excepthook = before

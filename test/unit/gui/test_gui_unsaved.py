@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values that were not saved are offered again, with the configuration that they belong to."""
+"""Unsaved values are offered again, with the configuration that they belong to."""
 from __future__ import annotations
 
 import json
@@ -22,7 +22,7 @@ POSE = (1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
 
 
 class Program:
-    """A launcher with the poses of two devices."""
+    """Launcher with the poses of two devices."""
 
     def __init__(self, kept: Dict[str, Any]) -> None:
         self.tasks, self._parent = HeldTasks(), QObject()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What nodes complain of, in the row of their device and in a window of its own."""
+"""Warnings of nodes, in the row of their device and in a separate window."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -30,7 +30,7 @@ SHORT = '1 warning: click to read'
 
 
 class Stand:
-    """A cell with an arm whose nodes run; its clock is set by hand."""
+    """Cell with an arm whose nodes run; its clock is set by hand."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
@@ -106,7 +106,7 @@ def test_what_a_node_logs_is_counted_and_an_error_is_worse(stand: Stand) -> None
 @pytest.mark.parametrize('is_told', [False, True])
 def test_a_driver_that_hangs_is_told_before_what_follows_from_it(stand: Stand, is_told: bool
                                                                  ) -> None:
-    """Found by the launcher's own watch, or told by scene_watch of a node of anybody."""
+    """Found by the launcher's own watch, or reported by scene_watch for any node."""
     if is_told:
         stand.said.take_state('/scene_watch', '/arm_driver', Severity.WARNING,
                               'arm_driver is not responding: old', stand.now_s,
@@ -132,7 +132,7 @@ def test_a_driver_that_hangs_is_told_before_what_follows_from_it(stand: Stand, i
 
 
 def test_what_others_say_is_not_of_this_device(stand: Stand) -> None:
-    """The player repeats a recorded log: it is nobody's warning now."""
+    """The player repeats a recorded log, which is not a current warning."""
     for node in ('/bag_player', '/other/robot_proc'):
         stand.said.take_log(node, Severity.ERROR, 'no connection', stand.now_s)
     stand.warnings.look()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Watch…: what cell view says is shown, and ends with the dialog."""
+"""Watch…: the output of cell view is shown, and the program ends with the dialog."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from process_visualizer.gui.app.look_on import WatchDialog
 
 @pytest.fixture
 def program(tmp_path: Path) -> str:
-    """Stands for rosrun: says what it was given, and waits."""
+    """Stand-in for rosrun: prints its arguments and waits."""
     path = tmp_path / 'rosrun'
     path.write_text('#!/bin/sh\necho "$@"\necho "cell: no \x1b[31mcolor"\nexec sleep 600\n')
     path.chmod(0o755)
@@ -41,7 +41,7 @@ def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str
 
 
 def test_a_window_that_closes_ends_what_it_watches(qtbot: QtBot, program: str) -> None:
-    """Otherwise the viewer is killed, and leaves its files; and its end meets deleted widgets."""
+    """Otherwise the viewer is killed and leaves its files, and its end reaches deleted widgets."""
     parent = QWidget()
     qtbot.addWidget(parent)
     dialog = WatchDialog(parent, program)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The watchdog sees when the GUI thread is blocked, and what blocks it."""
+"""The watchdog detects when the GUI thread is blocked, and by what."""
 from __future__ import annotations
 
 import json
@@ -35,7 +35,7 @@ class Clock:
 
 
 def doze(watchdog: Watchdog) -> None:
-    """Hold up the thread until the watchdog has noticed it."""
+    """Block the thread until the watchdog has noticed it."""
     while watchdog._seen is None:
         os.sched_yield()
 
@@ -87,9 +87,9 @@ def test_only_if_it_is_wanted(qtbot, file, monkeypatch):
 
 
 @pytest.mark.parametrize('ran_s, waited_s, other_s, kept_s', [
-    (0.3, 0.0, 0.5, 0.0),  # it computed: who waited meanwhile did not hold it up
+    (0.3, 0.0, 0.5, 0.0),  # it computed: a waiting thread did not block it
     (0.1, 0.2, 0.0, 0.2),
-    (0.0, 0.0, 0.2, 0.2),  # it slept for 0.3 s, and 0.2 s of it another one waited
+    (0.0, 0.0, 0.2, 0.2),  # it slept for 0.3 s; for 0.2 s of it another thread waited
     (0.1, 0.1, 0.9, 0.2),  # never more than it slept
 ])
 def test_what_kept_the_thread_waiting(ran_s, waited_s, other_s, kept_s):

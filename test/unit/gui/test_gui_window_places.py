@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The windows share a screen: inside it, beside each other, and large enough where it is."""
+"""The windows share a screen: inside it, next to each other, and as large as they can be."""
 from __future__ import annotations
 
 import itertools
@@ -33,7 +33,7 @@ SCREENS = st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(240, 8000),
 
 
 def framed(found: WindowPlaces, frame: WindowFrame) -> List[Rectangle]:
-    """The windows with their frames."""
+    """The geometry of the windows with their frames."""
     upper = [Rectangle(it.x, it.y, it.width + frame.left + frame.right,
                        it.height + frame.top + frame.bottom) for it in found[:2]]
     return [*upper, found.timeline]
@@ -110,7 +110,7 @@ ROOM, ASKED = Rectangle(0, 0, 1600, 1000), Rectangle(0, 0, 460, 980)
     (Rectangle(0, 0, 520, 980), Sizes(520, 200)),
     (Rectangle(900, 0, 460, 980), Sizes(500, 200, is_right=True))])
 def test_sizes_follow_the_launcher(launcher: Rectangle, expected: Sizes) -> None:
-    """A width that the screen was too small for is kept until the operator changes it."""
+    """A width that did not fit on the screen is kept until the operator changes it."""
     assert followed(Sizes(500, 200), ROOM, launcher, ASKED) == expected
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Texts of several lines, in which names of topics are to be read."""
+"""Texts of several lines, in which topic names must stay readable."""
 from __future__ import annotations
 
 import re
@@ -18,7 +18,7 @@ TEXTS = ['Not recording: no connection to /camera/rgb/image_color, /camera/depth
 
 
 def lines_of(label: QLabel) -> List[str]:
-    """The lines in which Qt shows the label's text."""
+    """The lines of the label's text as Qt breaks them."""
     found = []
     for paragraph in QLabel.text(label).split('\n'):
         layout = QTextLayout(paragraph, label.font())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A timeline on a screen, with a player of 20 s, and a mouse."""
+"""A timeline on a screen, with a player of 20 s and a mouse."""
 from __future__ import annotations
 
 from typing import List
@@ -17,7 +17,7 @@ from process_visualizer.gui.lanes.timeline_header import LEFT
 from process_visualizer.gui.lanes.timeline_lanes import Lane
 from process_visualizer.gui.playback.timeline_view import TimelineView
 
-WIDTH = 400 + int(LEFT + SIDE)  # 20 s: 20 px are 1 s
+WIDTH = 400 + int(LEFT + SIDE)  # 20 s: 20 px correspond to 1 s
 TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100
 
 
@@ -31,7 +31,7 @@ def lane(number: int = 0) -> Lane:
 
 
 class NotingTimeline(TimelineView):
-    """Notes how wide what it draws is."""
+    """Timeline that notes the width of each drawn region."""
 
     widths: List[int] = []
 
@@ -41,7 +41,7 @@ class NotingTimeline(TimelineView):
 
 
 class Bench:
-    """A timeline on the screen, with a player of 20 s that stands at 2 s."""
+    """Timeline on the screen, with a player of 20 s, paused at 2 s."""
 
     def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
         self.qtbot = qtbot
@@ -59,7 +59,7 @@ class Bench:
         self.stand.state(position_s=2.0)
 
     def move(self, time_s: float, y: int, buttons: Qt.MouseButtons = Qt.NoButton) -> None:
-        """Move the mouse, with a button held or not."""
+        """Move the mouse, with or without a button held."""
         place = QPointF(x_of(time_s), y)
         event = QMouseEvent(QEvent.MouseMove, place, self.view.mapToGlobal(place.toPoint()),
                             Qt.NoButton, buttons, Qt.NoModifier)
@@ -73,15 +73,15 @@ class Bench:
 
     def wheel(self, place: QPoint, turned: QPoint,
               modifiers: Qt.KeyboardModifiers = Qt.NoModifier) -> None:
-        """Turn the wheel at a place; one notch is 120."""
+        """Turn the wheel at a position; one notch is 120."""
         QApplication.sendEvent(self.view, QWheelEvent(
             QPointF(place), QPointF(self.view.mapToGlobal(place)), QPoint(), turned, Qt.NoButton,
             modifiers, Qt.NoScrollPhase, False))
 
     def drawn_widths(self) -> List[int]:
-        """How wide what was drawn since the last call is; the last of it is drawn by this call.
+        """Widths of the regions drawn since the last call; this call draws the last one.
 
-        One pixel at least: Qt draws all that it has to draw at once.
+        At least one pixel: Qt draws everything that is pending at once.
         """
         self.view.update(0, 0, 1, 1)
         count = len(self.view.widths)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A program that loses widgets while its style or theme changes: unreachable_widgets.py CHANGE
+"""A program that loses widgets while its style or theme changes.
 
-Whenever Python's collector runs from then on it deletes them.
+usage: unreachable_widgets.py CHANGE
+From then on, Python's garbage collector deletes them when it runs.
 """
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ HEARD = (QEvent.StyleChange, QEvent.PaletteChange)
 
 
 class Loser(QObject):
-    """Loses widgets as soon as Qt tells another one of a change, and makes many objects."""
+    """Object that loses widgets when Qt notifies another one of a change; it makes many objects."""
 
     def __init__(self, heard: QWidget) -> None:
         super().__init__()
@@ -42,14 +43,14 @@ class Loser(QObject):
 
 
 def shown(widget: QWidget) -> QWidget:
-    """Return a widget that has been on the screen: its style is known."""
+    """Return a widget that was on the screen: its style is known."""
     widget.show()
     widget.hide()
     return widget
 
 
 def main() -> None:
-    """Do what the command line says while widgets are lost."""
+    """Run the command line while widgets are lost."""
     app = QApplication(sys.argv[:1] + ['-platform', 'offscreen'])
     apply_style(app)
     kept = [shown(QLabel('kept')) for _ in range(100)]

@@ -10,7 +10,7 @@ import pytest
 
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[..., str]:
-    """Writes the inside of a <visualizer> to a file and returns its path."""
+    """Writes the content of a <visualizer> to a file and returns its path."""
     def write_text(inside: str, name: str = 'cell.xml') -> str:
         path = tmp_path / name
         path.write_text(f'<visualizer>\n{inside}\n</visualizer>', encoding='utf-8')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A master that is asked: it answers, refuses, hangs, or is none."""
+"""Requests to a master: it answers, refuses, hangs, or does not exist."""
 from __future__ import annotations
 
 import socket
@@ -55,7 +55,7 @@ def test_one_that_hangs_or_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize('value', [5, {'a': 1}, 'text', [[[1]], 'a'], '\x07'])
 def test_one_that_answers_nonsense(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of another type, or with what XML does not allow."""
+    """Of another type, or with content that XML does not allow."""
     def answer(_caller: str) -> 'list[object]':
         return [1, '', value]
 

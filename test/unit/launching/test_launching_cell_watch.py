@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The watch of the launching program: who does not answer, and what is wrong with the master."""
+"""The watch of the launcher: nodes that do not answer, and problems of the master."""
 from __future__ import annotations
 
 import socket
@@ -14,11 +14,11 @@ from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT,
 NODES = {'/scene_watch', '/cell_frames', '/bag_recorder'}
 STEP_S = 0.1
 NOTICED_S = 1.0
-"""Within this time the watch has found out about a node."""
+"""Maximum time until the watch knows the state of a node."""
 
 
 class Cell:
-    """Nodes and a master that answer, hang or are gone, as the test says; a clock of its own."""
+    """Nodes and a master that answer, hang or are gone, with a fake clock."""
 
     def __init__(self) -> None:
         self.running, self.hanging = set(NODES), set()  # type: Set[str], Set[str]
@@ -59,14 +59,14 @@ class Cell:
         return ours
 
     def let_pass(self, duration_s: float) -> CellLook:
-        """Let time pass; return what was told last."""
+        """Let time pass; return the last report."""
         end_s = self.now_s + duration_s
         while self.now_s < end_s:
             self.watch.step(self.now_s, 0.0)
             for theirs in [it for it, (node, due_s) in self._asked.items()
                            if node not in self.hanging and self.now_s >= due_s]:
                 del self._asked[theirs]
-                with suppress(BrokenPipeError):  # nobody waits for it any longer
+                with suppress(BrokenPipeError):  # nobody waits for it any more
                     theirs.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
                 theirs.close()
             self.now_s += STEP_S
@@ -76,7 +76,7 @@ class Cell:
 @pytest.fixture
 def cell() -> Cell:
     made = Cell()
-    assert made.let_pass(7.0) == CellLook()  # no node is starting any longer
+    assert made.let_pass(7.0) == CellLook()  # no node is starting any more
     return made
 
 
@@ -111,7 +111,7 @@ def test_a_master_that_hangs_makes_no_node_silent(cell: Cell) -> None:
     assert cell.let_pass(3.0) == CellLook(master_problem=MASTER_SILENT)
     cell.hanging = {'/bag_recorder'}
     assert cell.let_pass(NOTICED_S) == CellLook(frozenset(cell.hanging), MASTER_SILENT)
-    cell.hanging = set()  # where it was, it is asked again, though nobody says where it is
+    cell.hanging = set()  # asked again at its last address, although the master is silent
     assert cell.let_pass(NOTICED_S) == CellLook(master_problem=MASTER_SILENT)
     cell.master_id = 7
     assert cell.let_pass(1.2) == CellLook()
@@ -128,7 +128,7 @@ def test_another_master_does_not_know_the_nodes(cell: Cell) -> None:
     cell.master_id = 8
     assert cell.let_pass(1.2) == CellLook(master_problem=MASTER_OTHER)
     cell.running = set()
-    assert cell.let_pass(0.5) == CellLook()  # the cell was stopped: the next one begins with it
+    assert cell.let_pass(0.5) == CellLook()  # the cell was stopped: the next one begins with this
 
 
 def test_nothing_is_told_after_the_end(cell: Cell) -> None:
@@ -140,7 +140,7 @@ def test_nothing_is_told_after_the_end(cell: Cell) -> None:
 
 def test_one_that_runs_but_takes_no_questions_is_told(cell: Cell) -> None:
     cell.refusing = {'/bag_recorder'}
-    assert cell.let_pass(2.5) == CellLook()  # roslaunch may be about to tell its end
+    assert cell.let_pass(2.5) == CellLook()  # roslaunch may be about to report its end
     assert cell.let_pass(1.0) == CellLook(frozenset(cell.refusing))
     cell.refusing = set()
     assert cell.let_pass(NOTICED_S) == CellLook()
@@ -171,13 +171,13 @@ def test_on_a_busy_computer_nobody_is_called_silent_who_answers_as_late_as_the_o
 def test_an_answer_that_is_too_late_is_heard_and_teaches_patience(cell: Cell) -> None:
     cell.answers_after_s = 0.9
     assert cell.let_pass(20.0) == CellLook()
-    assert len(cell.told) == 2  # at first nobody could know
+    assert len(cell.told) == 2  # at first it could not be known
 
 
 def test_one_that_hung_does_not_teach_patience_with_the_next(cell: Cell) -> None:
     cell.hanging = {'/bag_recorder'}
     cell.let_pass(1.5)
-    cell.hanging = set()  # its answer comes now, late
+    cell.hanging = set()  # its answer arrives now, late
     cell.let_pass(NOTICED_S)
     cell.hanging = {'/scene_watch'}
     assert cell.let_pass(NOTICED_S) == CellLook(frozenset(cell.hanging))

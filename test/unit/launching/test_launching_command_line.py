@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: texts and exit codes of check, show and generate."""
+"""The command ``cell``: output and exit codes of check, show and generate."""
 from __future__ import annotations
 
 import os
@@ -24,13 +24,13 @@ TABLE = '''<device type="other" name="table">
 @pytest.fixture
 def cell(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
          tmp_path: Path) -> Cell:
-    """Runs the command in a folder of its own: exit code, lines of output, lines of errors."""
+    """Runs the command in a separate folder: exit code, lines of output, lines of errors."""
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments: str) -> Tuple[int, List[str], List[str]]:
         try:
             code = main(arguments)
-        except SystemExit as end:  # argparse's way
+        except SystemExit as end:  # as argparse exits
             code = int(end.code or 0)
         written = capsys.readouterr()
         return code, written.out.splitlines(), written.err.splitlines()
@@ -83,7 +83,7 @@ def test_a_broken_model_is_found_before_anything_starts(
 
 def test_check_reports_at_once_what_is_wrong_in_the_file_and_on_this_computer(
         cell: Cell, write: Write) -> None:
-    """A wrong type, wrong values and what is not installed: nothing of that hides another."""
+    """A wrong type, wrong values and missing packages: none of these hides another."""
     code, lines, errors = cell('check', write('''<device type="robt" name="arm">
         <base frame="b" xyz="0 0"/>
         <model pkg="gone" path="a.urdf" prefx="x"/>
@@ -104,7 +104,7 @@ def test_check_reports_at_once_what_is_wrong_in_the_file_and_on_this_computer(
 
 @pytest.fixture
 def arm_cell(write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
-    """Writes a cell with an arm that has the content; its model is that of a UR5e."""
+    """Writes a cell with an arm that has this content; its model is that of a UR5e."""
     folder = tmp_path / 'my_cell'
     folder.mkdir()
     (folder / 'package.xml').write_text('<package><name>my_cell</name></package>')

@@ -86,7 +86,7 @@ def test_nodes_and_topics_have_lines_of_their_own() -> None:
     assert state.nodes == {'/arm/driver': Line(Level.GOOD, 'running'),
                            '/arm/robot_proc': Line(Level.WAITING, 'starting')}
     assert state.topics == {'/arm/q': Line(Level.GOOD, '125\u2009Hz'),
-                            '/arm/cloud': Line(Level.OFF, '')}  # nobody counts it
+                            '/arm/cloud': Line(Level.OFF, '')}  # nobody counts its messages
 
 
 def test_topic_without_a_message_waits() -> None:
@@ -121,4 +121,4 @@ def test_a_driver_that_is_not_started_in_a_mode_does_not_run() -> None:
     driver = replace(ARM, launch_files=(LaunchFile('arm', 'driver.launch', None, (), HERE),))
     report = PartReport('arm', PartState.RUNNING, ())
     assert device_state(driver, report, {}).summary == Line(Level.OFF, 'no nodes in this mode')
-    assert device_state(ARM, report, {}).summary.text == 'running'  # its model is shown
+    assert device_state(ARM, report, {}).summary.text == 'running'  # its model is displayed

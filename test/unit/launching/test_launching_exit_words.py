@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the end of a process is told."""
+"""The wording of process ends."""
 from __future__ import annotations
 
 from typing import Optional

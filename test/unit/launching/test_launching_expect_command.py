@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell expect``: what it prints and writes, and when it refuses."""
+"""The command ``cell expect``: its output, the written file, and refusals."""
 from __future__ import annotations
 
 import queue
@@ -46,7 +46,7 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def expect(path: Path, capsys: pytest.CaptureFixture[str],
            monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Runs the command with what the sensor sends: exit code, lines of output and of errors."""
+    """Runs the command with these sensor messages: exit code, lines of output and of errors."""
     def run(*arguments: str, sent: Tuple[DetectedObjects, ...] = ()) -> Tuple[
             int, List[str], List[str]]:
         monkeypatch.setattr(expect_command, '_listen', lambda _sensor: list(sent))

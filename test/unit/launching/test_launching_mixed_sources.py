@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recording beside live drivers, and live devices beside a player: refused, and told who."""
+"""A recording next to live drivers, and live devices next to a player: refused, with names."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -27,7 +27,7 @@ BAG_PLAYER = ['seek', 'set_loop', 'set_rate', 'play']
 
 
 class Master:
-    """Knows who publishes, and who offers services."""
+    """Master that knows publishers and services."""
 
     def __init__(self) -> None:
         self.publishers: Dict[str, List[str]] = {}
@@ -56,7 +56,7 @@ def master(monkeypatch: pytest.MonkeyPatch) -> Master:
 
 @pytest.fixture
 def choices(tmp_path: Path) -> Dict[Mode, Choice]:
-    """An oven live, and in a recording."""
+    """Choices of an oven: live, and from a recording."""
     path = tmp_path / 'cell.xml'
     path.write_text(CELL)
     cell = XmlParser({}).parse(str(path))
@@ -98,7 +98,7 @@ def test_real_time_is_not_mixed_with_a_player(master: Master, choices: Dict[Mode
 
 def test_beside_a_played_cell_only_shared_topics_are_watched(master: Master,
                                                              choices: Dict[Mode, Choice]) -> None:
-    master.publish('/oven/heat', '/oven_driver', [])  # of which the player tells
+    master.publish('/oven/heat', '/oven_driver', [])  # reported by the player
     master.publish('/tf', '/oven_driver', [])
     master.publish('/tf', '/bag_player', [])
     assert others_beside(choices[Mode.PLAYBACK], {'/bag_player'}) == (

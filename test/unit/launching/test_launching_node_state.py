@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States of a node, and which change follows which."""
+"""States of a node, and their order."""
 from __future__ import annotations
 
 from typing import Callable, Dict, List

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What nodes complain of: counted, one for each matter, gone when it does not hold any more."""
+"""Warnings of nodes: counted, one per subject, removed when they no longer hold."""
 from __future__ import annotations
 
 import io
@@ -84,7 +84,7 @@ def test_a_state_without_a_duration_is_as_old_as_it_is_known() -> None:
 
 
 def test_what_stands_in_the_log_too_is_one() -> None:
-    """Whichever comes first."""
+    """Either of them may come first."""
     warnings = NodeWarnings()
     warnings.take_log(NODE, WARNING, 'arm: left out: a', 1.0)
     warnings.take_state(NODE, 'pose', WARNING, 'left out: a', 1.1, {})

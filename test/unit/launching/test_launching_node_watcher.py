@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The watcher, fed with the lines of a roslaunch; there is no master, or a small one."""
+"""The watcher, fed with roslaunch output; with no master, or a small one."""
 from __future__ import annotations
 
 import socket
@@ -26,7 +26,7 @@ REQUIRED = ['=' * 80 + 'REQUIRED process [rviz-2] has died!\n',
 
 @pytest.fixture(autouse=True)
 def no_master(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A master's address at which nobody listens."""
+    """The address of a master that does not exist."""
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
@@ -34,7 +34,7 @@ def no_master(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class LittleMaster(SimpleXMLRPCServer):
-    """Knows nodes by name, as a ROS master does, and answers for each of them."""
+    """Master that knows nodes by name, as a ROS master does, and answers for each of them."""
 
     def __init__(self) -> None:
         super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
@@ -45,7 +45,7 @@ class LittleMaster(SimpleXMLRPCServer):
         self.register_function(lambda caller: (1, '', 7), 'getPid')
 
     def answer(self, *arguments: Any) -> Tuple[int, str, str]:
-        """The master's answer to the question of a caller (first) for a node (second)."""
+        """The master's answer to a caller (first) that asks for a node (second)."""
         known = arguments[1] in self.nodes
         return (1, 'node api', self.node_uri) if known else (-1, 'unknown node', '')
 
@@ -131,7 +131,7 @@ def test_required_node_ended_as_it_should() -> None:
 
 
 def test_a_master_of_roslaunch_that_died() -> None:
-    """It has no number, and takes all nodes with it."""
+    """Its name has no number, and all nodes end with it."""
     watcher, _, _ = watch(started('a-1'), '=' * 80 + 'REQUIRED process [master] has died!\n',
                           'process has died [pid 5, exit code -9, cmd rosmaster].\n',
                           'Initiating shutdown!\n')
@@ -232,7 +232,7 @@ def test_a_second_cell_on_the_master_is_refused(master: LittleMaster, node: str)
 
 
 def test_started_nodes_run_when_the_master_knows_them(master: LittleMaster) -> None:
-    """Nodes that start while none is waited for are seen, too."""
+    """Nodes that start later, while the watcher does not wait for any, are detected, too."""
     running = threading.Condition()
     known: List[str] = []
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who else publishes, as a small master tells; each of its nodes is known by its answer."""
+"""Other publishers, as reported by a small master; each of its nodes has its own answer."""
 from __future__ import annotations
 
 import threading

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A part of a cell; a shell script stands in for roslaunch."""
+"""A part of a cell, with a shell script instead of roslaunch."""
 from __future__ import annotations
 
 import subprocess
@@ -18,7 +18,7 @@ FOREVER = "trap 'exit 0' INT; while :; do sleep 0.05; done"
 
 
 class Launch:
-    """A launched part with a script in place of roslaunch; collects what it reports."""
+    """Launched part with a script instead of roslaunch; collects its reports."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -29,13 +29,13 @@ class Launch:
         self.part = LaunchedPart('arm', self._take, self._begin)
 
     def start(self, script: str, nodes: Optional[Mapping[str, str]] = None) -> None:
-        """Start it with a script."""
+        """Start the part with a script."""
         self.script = script
         (self.folder / 'parts').mkdir(exist_ok=True)
         self.part.start(Part('parts/arm.launch', nodes or {}, 'digest'), str(self.folder))
 
     def wait_for(self, state: PartState) -> PartReport:
-        """Wait until it has this state."""
+        """Wait until the part has this state."""
         with self._changed:
             assert self._changed.wait_for(
                 lambda: bool(self.reports) and self.reports[-1].state is state,
@@ -56,7 +56,7 @@ class Launch:
 
 
 def lives(pid: int) -> bool:
-    """Whether there is such a process, and not only its exit code for init to read."""
+    """Return whether the process exists, and is not only a zombie."""
     try:
         return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
     except OSError:
@@ -65,7 +65,7 @@ def lives(pid: int) -> bool:
 
 @pytest.fixture
 def launch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launch]:
-    """A part, stopped in the end."""
+    """A part, stopped at the end."""
     monkeypatch.setenv('ROS_HOME', str(tmp_path / 'home'))
     monkeypatch.setenv('ROS_MASTER_URI', 'http://127.0.0.1:9')
     made = Launch(tmp_path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which state of a part follows which."""
+"""The order of a part's states."""
 from __future__ import annotations
 
 from typing import Callable, List
@@ -112,7 +112,7 @@ CHANGES = st.sampled_from([
 
 @given(st.lists(CHANGES, max_size=30))
 def test_any_changes(changes: List[Callable[[PartReport], PartReport]]) -> None:
-    """Whatever comes in which order: a part is never up with a node missing, and can be stopped."""
+    """In any order of events: a part is never up with a node missing, and can be stopped."""
     part = PartReport('arm')
     for change in changes:
         before = part

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Processes of a run are found by their mark, ended, and remembered in a file."""
+"""Processes of a run are found by their mark, ended, and stored in a file."""
 from __future__ import annotations
 
 import glob
@@ -34,7 +34,7 @@ STUBBORN = ('import signal, sys, time\nsignal.signal(signal.SIGTERM, signal.SIG_
 
 @pytest.fixture(autouse=True)
 def ros_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder for records."""
+    """The folder for run records."""
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
     return tmp_path / 'process_visualizer' / 'runs'
 
@@ -47,7 +47,7 @@ def run_id() -> str:
 
 @pytest.fixture
 def start() -> Iterator[Start]:
-    """Starts processes with a mark; what is left of them is killed."""
+    """Starts processes with a mark; kills the remaining ones at the end."""
     started: List['subprocess.Popen[str]'] = []
 
     def begin(mark: str, *command: str) -> 'subprocess.Popen[str]':
@@ -184,7 +184,7 @@ def test_living_run_is_left_alone(start: Start, ros_home: Path) -> None:
 
 @pytest.mark.parametrize('owner', [
     lambda: {'pid': gone_pid(), 'start_time': '1'},
-    lambda: {'pid': os.getpid(), 'start_time': '1'},  # the id is used anew
+    lambda: {'pid': os.getpid(), 'start_time': '1'},  # the process id is used again
     lambda: {'pid': gone_pid(), 'start_time': None},
     lambda: {'pid': os.getpid()}, lambda: [], lambda: '', lambda: '{"pid":', lambda: 'null'])
 def test_crashed_run_is_cleaned_up(owner: Callable[[], object], start: Start, run_id: str,
@@ -198,7 +198,7 @@ def test_crashed_run_is_cleaned_up(owner: Callable[[], object], start: Start, ru
 
 
 def test_owner_that_really_crashed(start: Start, ros_home: Path) -> None:
-    """A program that starts a run and is killed, as by the kernel for want of memory."""
+    """A program that starts a run and is killed, as by the kernel when memory runs out."""
     code = ('import os, subprocess, time\n'
             'from process_visualizer.launching.run_record import RUN_VARIABLE\n'
             'from process_visualizer.launching.run_record import RunRecord\n'
@@ -277,6 +277,6 @@ def test_a_run_that_cannot_be_noted_leaves_no_open_log(tmp_path: Path,
     monkeypatch.setenv('ROS_HOME', str(tmp_path / 'file'))
     with pytest.raises(OSError) as refused:
         LaunchRun(str(tmp_path / 'a.launch'), print)
-    assert refused.value.__traceback__ is not None  # it still holds the run that failed
+    assert refused.value.__traceback__ is not None  # it still refers to the failed run
     opened = [os.path.realpath(it) for it in glob.glob('/proc/self/fd/*')]
     assert str(tmp_path / 'roslaunch.log') not in opened

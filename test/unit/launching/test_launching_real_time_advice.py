@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A user without real-time priority is told once what a line in limits.conf would improve."""
+"""A user without real-time priority gets one hint: a line for limits.conf, and its benefit."""
 import getpass
 import os
 import resource
@@ -30,7 +30,7 @@ def test_the_right_is_that_of_the_limit_or_of_root(status: str, limit: int, expe
 
 
 def test_the_advice_is_one_sentence_with_the_line_to_write() -> None:
-    # the right is taken away where this user has it
+    # removes the privilege if this user has it
     without = ['setpriv', '--bounding-set=-sys_nice'] if os.geteuid() == 0 else []
     result = subprocess.run([*without, sys.executable, '-c', ADVICE], check=True, text=True,
                             stdout=subprocess.PIPE)

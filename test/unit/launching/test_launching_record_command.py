@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How ``cell record`` ends: what it reports, and its exit code."""
+"""The end of ``cell record``: its report and exit code."""
 from __future__ import annotations
 
 import argparse
@@ -26,7 +26,7 @@ FULL = 'the recording was stopped, because less than 1 MiB are free in /bags'
 
 
 class Recorder:
-    """A recorder and its process, as far as a recording that ends asks them."""
+    """The parts of a recorder and its process that are used when a recording ends."""
 
     def __init__(self, bag: str) -> None:
         self.bag = bag
@@ -43,7 +43,7 @@ class Recorder:
 
     def wait_for(self, condition: Callable[[RecorderState], bool], _timeout_s: float
                  ) -> Optional[RecorderState]:
-        """Each call tells one more state; None if none has come in time."""
+        """Return one more state per call; None if none has arrived in time."""
         self.on_wait()
         state = self.states.pop(0)
         self.asked.append('time')
@@ -74,7 +74,7 @@ class Recorder:
 
 @pytest.fixture
 def recorder(tmp_path: Path) -> Iterator[Recorder]:
-    """One that has recorded a bag."""
+    """A recorder that has recorded a bag."""
     path = str(tmp_path / 'seam.bag')
     with rosbag.Bag(path, 'w') as bag:
         for number in range(100):
@@ -88,7 +88,7 @@ def recorder(tmp_path: Path) -> Iterator[Recorder]:
 
 @pytest.fixture
 def own_signals() -> Iterator[None]:
-    """What the command does with signals ends with the test."""
+    """The command's signal handlers are removed after the test."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
     for number, handler in before.items():
@@ -96,7 +96,7 @@ def own_signals() -> Iterator[None]:
 
 
 def run_of(recorder: Recorder, *words: str) -> RecordRun:
-    """A run of the command that has heard nothing of its recorder so far."""
+    """A run of the command that has not received a recorder state so far."""
     parser = argparse.ArgumentParser()
     add_record_options(parser)
     process: Any = recorder
@@ -104,7 +104,7 @@ def run_of(recorder: Recorder, *words: str) -> RecordRun:
 
 
 def started(recorder: Recorder, *words: str) -> RecordRun:
-    """A run of the command that has heard that the recorder records."""
+    """A run of the command that has received the state of a recorder that records."""
     run = run_of(recorder, *words)
     run.take_state(RecorderState(state=RecorderState.RECORDING, files=[recorder.bag]))
     return run
@@ -147,7 +147,7 @@ def test_one_that_dies_before_the_first_simulated_time_is_told(recorder: Recorde
                                                                own_signals: None) -> None:
     def die() -> None:
         recorder.exit_code = -signal.SIGKILL
-        signal.raise_signal(signal.SIGTERM)  # the end of the process ends the wait as this does
+        signal.raise_signal(signal.SIGTERM)  # the end of the process ends the wait in the same way
 
     run, client = run_of(recorder), recorder  # type: Any, Any
     recorder.states, recorder.on_wait = [None], die

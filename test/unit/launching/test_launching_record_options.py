@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command line of ``cell record``: what people know from `rosbag record`, and its own."""
+"""The command line of ``cell record``: the options of `rosbag record`, and its own."""
 from __future__ import annotations
 
 import argparse

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the launcher says about masters that it cannot use; nothing here starts one."""
+"""Messages about masters that the launcher cannot use; nothing here starts one."""
 from __future__ import annotations
 
 import os
@@ -24,7 +24,7 @@ def error_of(master: RosMaster) -> str:
 
 @pytest.fixture
 def listener() -> Iterator[socket.socket]:
-    """A socket at which something listens."""
+    """A listening socket."""
     with socket.create_server(('127.0.0.1', 0)) as server:
         yield server
 
@@ -35,7 +35,7 @@ def uri_of(server: socket.socket) -> str:
 
 @pytest.fixture
 def xml_rpc() -> Iterator[SimpleXMLRPCServer]:
-    """An XML-RPC server with nothing to offer."""
+    """An XML-RPC server without functions."""
     server = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
     thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.02})
     thread.start()
@@ -81,7 +81,7 @@ def test_server_of_something_else(listener: socket.socket) -> None:
 
 def test_a_master_that_takes_too_long_is_told_as_such(tmp_path: Path,
                                                       monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not by what it writes when it is ended."""
+    """The message is not the master's output on shutdown."""
     roslaunch = tmp_path / 'roslaunch'
     roslaunch.write_text('#!/bin/sh\nexec sleep 60\n')
     roslaunch.chmod(0o755)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Roslaunch as forks of a program that has it loaded; the forks are real."""
+"""Roslaunch as real forks of a program that has loaded it."""
 from __future__ import annotations
 
 import os
@@ -28,7 +28,7 @@ RUN_ID = f'unit-test-forks-{os.getpid()}'
 
 
 class Master(SimpleXMLRPCServer):
-    """As much of a ROS master as a roslaunch without nodes needs; keeps its parameters."""
+    """The parts of a ROS master that a roslaunch without nodes needs; keeps its parameters."""
 
     def __init__(self) -> None:
         super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
@@ -44,7 +44,7 @@ class Master(SimpleXMLRPCServer):
         self.register_function(self.set_parameter, 'setParam')
 
     def parameter(self, _caller: str, name: str) -> Tuple[int, str, Any]:
-        """Return a parameter, as soon as the master may answer."""
+        """Return a parameter once the master may answer."""
         self.is_asked.set()
         self.may_answer.wait()
         return int(name in self.parameters), '', self.parameters.get(name, 0)
@@ -77,7 +77,7 @@ def environment(master: Master, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.fixture
 def forks() -> Iterator[RoslaunchForks]:
-    """A server, closed in the end."""
+    """A server, closed at the end."""
     made = RoslaunchForks()
     yield made
     made.close()
@@ -94,7 +94,7 @@ def launch_file(tmp_path: Path) -> str:
 
 @pytest.fixture
 def endless(tmp_path: Path) -> str:
-    """A launch file whose parameter never comes."""
+    """A launch file whose parameter command never ends."""
     path = tmp_path / 'endless.launch'
     path.write_text('<launch><param name="never" command="sleep 600"/></launch>')
     return str(path)
@@ -108,7 +108,7 @@ def finished(process: ForkedProcess) -> 'tuple[int, str]':
 
 
 def exit_code(process: ForkedProcess) -> int:
-    """Wait for the end of one whose output goes on: what a dead roslaunch leaves holds that."""
+    """Wait for the end without the output, which processes of a dead roslaunch may keep open."""
     assert process.stdout is not None
     process.stdout.close()
     return process.wait(PATIENCE_S)
@@ -179,7 +179,7 @@ def test_in_a_process_whose_sockets_have_a_timeout(
         forks.prepare()
     finally:
         socket.setdefaulttimeout(before)
-    for _ in range(2):  # the server waits for the second
+    for _ in range(2):  # the server waits for the second one
         assert finished(forks.start([launch_file], environment))[0] == 0
 
 
@@ -208,7 +208,7 @@ def test_signals(forks: RoslaunchForks, environment: Dict[str, str], endless: st
     assert os.getsid(process.pid) == os.getpgid(process.pid) == process.pid
     process.kill()
     assert exit_code(process) == -signal.SIGKILL == process.poll()
-    process.send_signal(signal.SIGKILL)  # to nobody
+    process.send_signal(signal.SIGKILL)  # no process is left to receive it
 
 
 def test_one_that_ends_does_not_end_the_others(forks: RoslaunchForks, environment: Dict[str, str],
@@ -233,7 +233,7 @@ def test_close_ends_everything(forks: RoslaunchForks, environment: Dict[str, str
 
 def test_every_roslaunch_carries_the_mark_of_the_record(
         forks: RoslaunchForks, environment: Dict[str, str], endless: str) -> None:
-    """So that a program that was killed can be cleaned up after."""
+    """So that the processes of a killed program can be cleaned up."""
     process = forks.start([endless], environment)
     (record,) = records(environment)
     assert process.pid in processes_of_run(record.stem)
@@ -247,13 +247,13 @@ def test_server_that_was_killed(forks: RoslaunchForks, environment: Dict[str, st
     (record,) = records(environment)
     server = min(processes_of_run(record.stem), key=start_time_of)
     os.kill(server, signal.SIGKILL)
-    exit_code(process)  # the kernel has interrupted it
+    exit_code(process)  # interrupted by the kernel
     assert finished(forks.start([launch_file], environment))[0] == 0
 
 
 def test_server_that_was_killed_while_a_roslaunch_begins(
         forks: RoslaunchForks, environment: Dict[str, str], endless: str, master: Master) -> None:
-    """roslaunch itself takes an interrupt for a master that does not answer, and goes on."""
+    """roslaunch itself takes an interrupt for a master that does not answer, and continues."""
     master.is_asked.clear()
     master.may_answer.clear()
     try:
@@ -311,7 +311,7 @@ def test_preparing_does_not_wait_until_the_server_has_loaded_anything(
 
 def test_environment_that_is_no_text(forks: RoslaunchForks, environment: Dict[str, str],
                                      launch_file: str, master: Master) -> None:
-    environment[RUN_VARIABLE] = 'x' * 100_000  # more than fits into a pipe
+    environment[RUN_VARIABLE] = 'x' * 100_000  # too long for a pipe
     environment['ODD'] = '\udcff'
     assert finished(forks.start([launch_file], environment))[0] == 0
     assert master.parameters['/mark'] == 'x' * 100_000 + '\n'

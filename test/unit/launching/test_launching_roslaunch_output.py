@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What roslaunch writes about its processes.
+"""The output of roslaunch about its processes.
 
-The lines are made by roslaunch's own code where it can be called without a master.
+The lines come from roslaunch's own code where it can be called without a master.
 """
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_plain_text(line: str, text: str) -> None:
 
 
 def test_lines_are_those_of_this_roslaunch(capsys: pytest.CaptureFixture[str]) -> None:
-    """Start and end of a process as roslaunch's functions for it print them."""
+    """Start and end of a process as printed by roslaunch's own functions."""
     process = LocalProcess('run', 'pkg', 'arm/driver-3', ['/opt/driver', 'x'], {}, True, None)
     process.pid = 4711
     printlog_bold(f'process[{process.name}]: started with pid [{process.pid}]')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A child that stands in for roslaunch: how it is started and stopped."""
+"""A child process instead of roslaunch: start and stop."""
 from __future__ import annotations
 
 import os
@@ -25,7 +25,7 @@ Start = Callable[[str], RoslaunchProcess]
 
 @pytest.fixture
 def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
-    """Starts a shell script under the name roslaunch; stops what is left of it."""
+    """Starts a shell script under the name roslaunch; stops remaining processes."""
     started: List[RoslaunchProcess] = []
     monkeypatch.setenv('PATH', os.pathsep.join([str(tmp_path), os.environ['PATH']]))
 
@@ -98,7 +98,7 @@ def test_child_is_not_interrupted_with_the_terminal(start: Start) -> None:
     "trap 'sleep 0.5; exit 0' INT; echo ready; while :; do sleep 0.05; done"])
 def test_a_computer_that_does_not_answer_is_told_and_left(
         start: Start, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    """roslaunch itself waits for it for minutes, or gives it up without a word."""
+    """roslaunch itself waits for minutes, or gives up without a message."""
     far = FarComputer('far', '10.0.0.9', 22, ('/oven/driver',))
     for name in ('_FAR_S', '_LOST_PERIOD_S'):
         monkeypatch.setattr(roslaunch_process, name, 0.1)

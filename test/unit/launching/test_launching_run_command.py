@@ -14,7 +14,7 @@ from process_visualizer.launching.part_report import NodeReport, NodeState
 
 
 class EndedRun(NamedTuple):
-    """What the command asks of a run that has ended."""
+    """The data that the command reads from a run that has ended."""
 
     failed_required: Optional[NodeReport]
     states: Tuple[NodeState, ...]
@@ -22,7 +22,7 @@ class EndedRun(NamedTuple):
     killed_by: str = ''
 
     def reports(self) -> List[NodeReport]:
-        """One for each node."""
+        """Report of each node."""
         return [NodeReport('/node', state) for state in self.states]
 
 

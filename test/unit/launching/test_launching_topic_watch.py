@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which silence of a topic is unusual."""
+"""Unusually long silence of a topic."""
 from __future__ import annotations
 
 import pytest

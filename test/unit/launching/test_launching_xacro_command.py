@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launch files of other people that call xacro, in every way in which they do."""
+"""Other people's launch files that call xacro, in all usual ways."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Windows need a display; it is said if there is none."""
+"""Windows need a display; a message appears if there is none."""
 from __future__ import annotations
 
 from typing import Dict

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds of a live page: some of the points, at their places and in their colors."""
+"""Clouds of a live page: some of the points, with their positions and colors."""
 from __future__ import annotations
 
 import math

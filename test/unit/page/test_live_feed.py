@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What viewers of a live page are sent: the newest of each kind, to each as fast as it takes it."""
+"""Messages to viewers of a live page: the newest of each kind, as fast as each can receive."""
 from __future__ import annotations
 
 from typing import List, Optional
@@ -61,13 +61,13 @@ def test_a_viewer_that_does_not_answer_gets_nothing_more_and_then_only_the_newes
 
 
 class Link:
-    """A link with a delay each way [s] and a rate [bytes/s]."""
+    """Link with a delay in each direction [s] and a rate [bytes/s]."""
 
     def __init__(self, delay_s: float, bytes_s: float) -> None:
         self._delay_s, self._bytes_s, self._free_s = delay_s, bytes_s, 0.0
 
     def ages_s(self, seconds: float) -> List[float]:
-        """How old frames are when they come, 25 of which are made in each second."""
+        """The age of frames on arrival; 25 are made per second."""
         feed, ages_s, answers = LiveFeed(), [], []
         pace = ViewerPace(feed, 0.0)
         for step in range(round(seconds / 0.01)):

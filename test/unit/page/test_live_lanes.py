@@ -49,7 +49,7 @@ def read(data: bytes) -> Seen:
 
 def window(end: int, *sources: CurveSource, count: int = 30,
            epoch_s: float = EPOCH_S) -> LiveWindow:
-    """Each column has its number as the value, the greatest is one more."""
+    """Each column has its number as the value; the maximum is one more."""
     low = np.arange(end - count, end, dtype=float)
     return LiveWindow((end - count) * STEP_S, count * STEP_S, tuple(
         LiveCurve(it, low, low + 1.0, low[-1]) for it in sources), (), epoch_s)
@@ -74,7 +74,7 @@ def test_all_that_is_kept_has_what_came_before_and_gaps_in_it() -> None:
     assert seen.first == 0
     assert np.isnan(seen.low[0, :70]).all()
     assert seen.low[0, 70:100].tolist() == list(range(70, 100))
-    assert (seen.low[0, 100:104] == 99.0).all()  # it holds for some intervals
+    assert (seen.low[0, 100:104] == 99.0).all()  # the value holds for some intervals
     assert np.isnan(seen.low[0, 104:130]).all()
     lanes.take(window(300, FORCE))
     assert read(lanes.columns(600.0)).first == 100
@@ -123,7 +123,7 @@ def test_lanes_have_scale_ticks_and_limits_of_the_launcher() -> None:
 
 
 def bands_at(first: int, limits: Sequence[float], out: Sequence[bool]) -> LiveBands:
-    """A band of the force that is 2 wide, from the column with this number on."""
+    """A band of the force with width 2, starting at the column with this number."""
     middle = np.array(limits, float)
     return LiveBands(EPOCH_S + first * STEP_S, STEP_S, {
         ('arm', 'tool force'): TimelineBand(middle - 1.0, middle + 1.0, np.array(out, bool)),
@@ -136,7 +136,7 @@ def test_the_band_of_good_runs_is_behind_its_curve() -> None:
     assert read(lanes.columns(2.0)).bands == [None, None]
     told = live_bands(bands_at(95, [5.0, np.nan, 7.0], [False, False, True]).text())
     lanes.take_bands(told)
-    lanes.take(window(110, FORCE, FEED))  # newer values, whose band is not known yet
+    lanes.take(window(110, FORCE, FEED))  # newer values, whose band is still unknown
     seen = read(lanes.columns(2.0))
     force, feed = seen.bands
     assert feed is None and force is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell as a live page draws it: frames and markers as RViz has them."""
+"""A running cell as drawn by a live page: frames and markers as in RViz."""
 from __future__ import annotations
 
 import io
@@ -55,7 +55,7 @@ def transform(parent: str, child: str, xyz: Sequence[float] = (0.0, 0.0, 0.0),
 
 
 class Stage:
-    """A scene with a robot on a base that is turned by 90 degrees about z."""
+    """Scene with a robot on a base that is turned by 90 degrees about z."""
 
     def __init__(self) -> None:
         self.scene = LiveScene('world', [ShownPart('arm', 'arm/link1', 0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds on a page: where their points are, their colors, and what is left out."""
+"""Clouds on a page: positions and colors of the points, and the omitted ones."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -51,7 +51,7 @@ def cloud(points: List[List[float]], colors: List[int], is_bigendian: bool = Fal
 
 
 def optical() -> TransformStamped:
-    """Looks down from the camera: its z axis points to the floor."""
+    """A camera that looks down: its z axis points to the floor."""
     found = TransformStamped(child_frame_id='optical')
     found.header.frame_id = 'camera'
     found.transform.rotation.x = 1.0
@@ -90,7 +90,7 @@ def test_points_of_a_cloud_are_cropped_and_colored(tmp_path: Path, is_bigendian:
         [beside, inside, unmeasured], [0, 0x102030, 0], is_bigendian)}, '--clouds')
     found, = run['clouds']
     assert found['device'] == 'camera'
-    assert np.diff(found['times']).min() >= 0.19  # five in a second
+    assert np.diff(found['times']).min() >= 0.19  # five per second
     for positions, colors in found['clouds']:
         assert positions == pytest.approx(np.array([[1.2, 0.3, 0.6]]), abs=1e-5)
         assert colors.tolist() == [[0x10, 0x20, 0x30]]
@@ -132,7 +132,7 @@ COMPUTED = '''<visualizer>
 @pytest.mark.parametrize('color_frame', ['optical', 'other_camera'])
 def test_a_cloud_that_was_computed_is_that_of_the_recorded_images(
         tmp_path: Path, color_frame: str, box: str, inside: int, is_told: bool) -> None:
-    """Also if nothing says which image is which, and the box is the parameter of a node.
+    """Also if it is unknown which image is which, and if the box is a node parameter.
 
     A color image of another camera shows other things at the same pixels.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The file of a page: what is in it, what is not, and what is refused."""
+"""The file of a page: its content, omissions, and refusals."""
 from __future__ import annotations
 
 import os
@@ -55,7 +55,7 @@ def test_a_part_is_shown(tmp_path: Path) -> None:
 
 
 def test_a_part_of_a_recording_may_reach_over_several_runs(tmp_path: Path) -> None:
-    """Without good runs it is one; with them each run that it touches is judged."""
+    """Without good runs it is one; with them each run that it overlaps is judged."""
     bag = write_bag(tmp_path, cycles=3)
     part = '--from', '0:15', '--to', '0:25'
     one, = PageReader(shared(tmp_path, bag, *part)).data['runs']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frames of a film, and what is refused before anything is drawn."""
+"""The frames of a film, and refusals before anything is drawn."""
 from __future__ import annotations
 
 import math

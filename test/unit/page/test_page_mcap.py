@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The MCAP file of ``cell export``: the recording's own messages, and what the page shows."""
+"""The MCAP file of ``cell export``: the recording's own messages, and the content of the page."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -25,7 +25,7 @@ from process_visualizer.commands.command_line import main
 
 
 class Exported(NamedTuple):
-    """What a reader of MCAP finds: messages with their times [ns], by topic."""
+    """Content found by an MCAP reader: messages with their times [ns], by topic."""
 
     bag: str
     page: PageReader
@@ -128,7 +128,7 @@ ARM = '''<robot name="arm"><link name="base"/><link name="flange"/><link name="u
 
 
 def test_frames_without_a_mesh_are_in_the_tree(tmp_path: Path) -> None:
-    """Else nothing is known of where a wrench was measured, nor of the recording's own frames."""
+    """Otherwise the frame of a wrench, and the recording's own frames, would be unknown."""
     config, bag, path = (tmp_path / name for name in ('cell.xml', 'a.bag', 'a.mcap'))
     config.write_text(CELL, encoding='utf-8')
     (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
@@ -148,7 +148,7 @@ def test_frames_without_a_mesh_are_in_the_tree(tmp_path: Path) -> None:
 
 
 def test_fixed_frames_that_the_recorder_copied_are_written_once(tmp_path: Path) -> None:
-    """Viewers that read only /tf and /tf_static have them, at the poses that hold now."""
+    """Viewers that read only /tf and /tf_static get them at their current poses."""
     config, bag, path = (tmp_path / name for name in ('cell.xml', 'a.bag', 'a.mcap'))
     config.write_text(CELL, encoding='utf-8')
     (tmp_path / 'arm.urdf').write_text(ARM, encoding='utf-8')
@@ -194,7 +194,7 @@ def write_rare(folder: Path, rare: str) -> 'tuple[Path, Path]':
 
 
 def test_a_frame_that_is_sent_once_among_many_is_not_added_again(tmp_path: Path) -> None:
-    """Else it has two places."""
+    """Otherwise it would have two poses."""
     config, bag = write_rare(tmp_path, 'pallet')
     path = tmp_path / 'a.mcap'
     assert main(['export', str(bag), '--config', str(config), '-o', str(path)]) == 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers, colors and scales of a page where there is little or nothing to show."""
+"""Numbers, colors and scales of a page with little or no data."""
 from __future__ import annotations
 
 import math

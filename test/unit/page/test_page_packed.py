@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Columns of a page: what they keep of times and places."""
+"""Columns of a page: precision of times and positions."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,7 +10,7 @@ from process_visualizer.page.packed import Packed
 
 @pytest.mark.parametrize('gap_s', [0.01, 5000.0])
 def test_times_are_exact_to_the_nanosecond(gap_s: float) -> None:
-    """A step in the launcher leads to the very time of a message, which then is shown."""
+    """A step in the launcher goes to the exact time of a message, which is then shown."""
     times_s = np.array([0.0, 1.000000001, 1.000000002, 1.0 + gap_s])
     packed = Packed()
     assert packed.column(packed.times(times_s)).tolist() == times_s.tolist()

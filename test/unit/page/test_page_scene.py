@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page shows of models: their shapes, colors and meshes, and frames on /tf_static."""
+"""Models on a page: their shapes, colors and meshes, and frames on /tf_static."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_shapes_have_their_size_and_the_color_of_the_model() -> None:
 
 
 def test_a_model_of_endless_shapes_takes_no_endless_memory() -> None:
-    """Some kB of a recording can show a million of them; the page is thinned only afterwards."""
+    """Some kB of a recording can show a million of them; the page is thinned only afterward."""
     box = LinkVisual('tool', Placement(), ShapeKind.BOX, (1.0, 1.0, 1.0))
     reader = LinkMeshes()
     tool, = reader.of([box] * 5_003)
@@ -148,7 +148,7 @@ def transform(parent: str, child: str, x_m: float, yaw: float, time_s: float) ->
 
 @pytest.mark.parametrize('has_joints', [True, False])
 def test_a_robot_that_tf_moves_is_where_tf_has_it(tmp_path: Path, has_joints: bool) -> None:
-    """Odometry in a map that a localization shifts: the last of each, as in RViz."""
+    """Odometry in a map that a localization shifts: the latest of each, as in RViz."""
     config, bag, page = (tmp_path / name for name in ('cell.xml', 'a.bag', 'page.html'))
     config.write_text(CART_CELL, encoding='utf-8')
     (tmp_path / 'cart.urdf').write_text(CART, encoding='utf-8')

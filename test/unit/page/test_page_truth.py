@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is in a page is what the product has at the same position."""
+"""The content of a page equals that of the product at the same position."""
 from __future__ import annotations
 
 import math
@@ -41,7 +41,7 @@ QUANTITIES = {'v': 'speed', 'F': 'force'}
 
 
 class Shared:
-    """A page, and the recordings that it was made of."""
+    """A page and the recordings from which it was made."""
 
     def __init__(self, folder: Path) -> None:
         self.good = write_sewing_run(folder, 'good.bag')
@@ -108,7 +108,7 @@ def test_links_are_where_the_last_joints_have_them(shared: Shared) -> None:
 
 
 def last_joints(track: JointTrack, time_s: float) -> Dict[str, float]:
-    """As robot_state_publisher has them."""
+    """The last joint positions, as in robot_state_publisher."""
     row = int(np.searchsorted(track.times_s, time_s, side='right')) - 1
     return dict(zip(track.joints, track.positions[row].tolist()))
 
@@ -125,7 +125,7 @@ ARM_CELL = '''<visualizer><device type="robot" name="arm"><model path="arm.urdf"
 <topic name="wrench" type="force_sensor" msg="geometry_msgs/WrenchStamped"/></device>
 </visualizer>'''
 LATE_S = 0.03
-"""Between stamp and arrival."""
+"""Delay between stamp and arrival."""
 
 
 def test_messages_count_from_when_they_came_and_each_joint_has_its_last(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_messages_count_from_when_they_came_and_each_joint_has_its_last(tmp_path
 
 
 def test_a_ghost_on_a_base_that_tf_moves_does_not_glide_ahead() -> None:
-    """The base is where the last message has it, between whose rows the joints change evenly."""
+    """The base follows the last message; between its messages the joints change evenly."""
     def at_x(*x_m: float) -> Placements:
         return Placements(np.column_stack((x_m, np.zeros((len(x_m), 2)))),
                           np.tile((0.0, 0.0, 0.0, 1.0), (len(x_m), 1)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page says of a run is what was judged."""
+"""The texts of a page about a run match its verdict."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recording of one second, and the real player that plays it on a simulated clock."""
+"""A recording of one second, and the real player, which plays it on a simulated clock."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -13,13 +13,13 @@ from simulated_player import SimulatedPlayer
 
 @pytest.fixture(scope='session')
 def cell_bag(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A bag of one second, in which a number is the time."""
+    """A bag of one second; each number is its time."""
     return write_bag(tmp_path_factory.mktemp('bags') / 'cell.bag', cell_rows())
 
 
 @pytest.fixture
 def bag_of(tmp_path: Path) -> Callable[..., str]:
-    """Write messages into a bag; returns its path."""
+    """Write messages into a bag; return its path."""
     def write(rows: Any, name: str = 'a.bag', **options: Any) -> str:
         return write_bag(tmp_path / name, rows, **options)
     return write

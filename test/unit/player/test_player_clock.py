@@ -19,13 +19,13 @@ Play = Callable[..., SimulatedPlayer]
 
 
 def told(player: SimulatedPlayer) -> List[float]:
-    """The times [s from the beginning] told so far."""
+    """The times on /clock so far [s from the beginning]."""
     return [round(it.clock.secs - BEGIN_S + it.clock.nsecs * 1e-9, 6)
             for it in player.node.sent('/clock')]
 
 
 def falls(values: List[float]) -> List[int]:
-    """Where a value is less than the one before it."""
+    """Indices where a value is less than its predecessor."""
     return [index for index in range(1, len(values)) if values[index] < values[index - 1]]
 
 
@@ -99,7 +99,7 @@ def test_a_late_one_does_not_delay_those_that_follow(play: Play, cell_bag: str) 
     def hear(_message: Any) -> None:
         told_ms.append(round(1000 * (receiver.now_s - begin_s)))
         if len(told_ms) == 3:
-            receiver.now_s += 0.025  # something held up the machine
+            receiver.now_s += 0.025  # a delay of the machine
 
     receiver.subscribe('/clock', rospy.AnyMsg, hear)
     receiver.advance(0.15)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player with recordings that cannot be played as they should be: told, and played on."""
+"""The player with defective recordings: faults are reported, and playback continues."""
 from __future__ import annotations
 
 import os
@@ -20,14 +20,14 @@ Play = Callable[..., SimulatedPlayer]
 
 
 class BadImage(Image):
-    """An image whose bytes end within its header."""
+    """Image whose bytes end within its header."""
 
     def serialize(self, buff: BinaryIO) -> None:
         buff.write(bytes(14))
 
 
 class FaultyRecording(Recording):
-    """Fails at a message, by a fault of the program."""
+    """Recording that fails at a message because of a program error."""
 
     faulty_from = 0
 
@@ -38,7 +38,7 @@ class FaultyRecording(Recording):
 
 
 class LaterFaulty(FaultyRecording):
-    """Fails while it plays."""
+    """Recording that fails while it plays."""
 
     faulty_from = 60
 

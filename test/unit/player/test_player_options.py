@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Options of `rosbag play`, on a simulated clock: what comes, and when."""
+"""Options of `rosbag play` on a simulated clock: the messages and their times."""
 from __future__ import annotations
 
 import threading
@@ -24,19 +24,19 @@ Play = Callable[..., SimulatedPlayer]
 
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A number is the time [ms] of its message; half a second is empty, and two seconds are."""
+    """Numbers equal to their times [ms], with gaps of half a second and two seconds."""
     rows = [Row('/number', time_ms, Int32(time_ms)) for time_ms in TIMES_MS]
     return write_bag(tmp_path_factory.mktemp('numbers') / 'numbers.bag',
                      [*rows, Row('/mark', 725, Int32(725))])
 
 
 def numbers(player: SimulatedPlayer, topic: str = '/number') -> List[int]:
-    """The numbers that have come on a topic."""
+    """The numbers received on a topic."""
     return [Int32().deserialize(data).data for data in player.of(topic)]
 
 
 def played(player: SimulatedPlayer) -> Tuple[List[int], float]:
-    """What comes to the end, and how long that takes [s] after the first one."""
+    """The numbers received until the end, and the time from the first one to the last [s]."""
     player.end()
     times_s = [it.time_s for it in player.received]
     return numbers(player), times_s[-1] - times_s[0]
@@ -65,19 +65,19 @@ def test_it_pauses_before_the_messages_of_some_topics(play: Play, bag: str) -> N
 
 
 def done_at(time: Any) -> PointStamped:
-    """What the node that controls the rate sends."""
+    """The message of the node that controls the rate."""
     message = PointStamped()
     message.header.stamp = time
     return message
 
 
 def controlled(**settings: Any) -> PlayerSettings:
-    """It plays no further than 0.3 s behind what a node has come to, and one message more."""
+    """Settings to play at most 0.3 s ahead of the node's progress, plus one message."""
     return PlayerSettings(rate_control_topic='/done', rate_control_max_delay_s=0.3, **settings)
 
 
 def raw(message: Any) -> Any:
-    """A message as rospy hands it on, with its definition."""
+    """A message as rospy passes it on, with its definition."""
     found = any_message(message)
     found._connection_header['message_definition'] = message._full_text
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player beside nodes that publish the same topics: told at once, and paused in the cell."""
+"""The player next to nodes that publish its topics: reported at once, and paused in the cell."""
 from __future__ import annotations
 
 from typing import Callable, List
@@ -22,14 +22,14 @@ Play = Callable[..., SimulatedPlayer]
 
 
 def others(*topics: str) -> SimulatedOthers:
-    """A node /driver that publishes some topics and says nothing of them."""
+    """A node /driver that publishes some topics and sends no connection header."""
     found = SimulatedOthers()
     found.nodes = {topic: ['/driver'] for topic in topics}
     return found
 
 
 def warnings(player: SimulatedPlayer) -> List[str]:
-    """What was warned of."""
+    """The warnings."""
     return [text for kind, text in player.node.log if kind == 'warn']
 
 
@@ -47,7 +47,7 @@ def test_a_driver_that_starts_is_told_and_pauses_once(play: Play, cell_bag: str)
     player.node.advance(LOOK_PERIOD_S)
     assert (player.state.others, player.state.paused) == (MIXED, True)
     assert warnings(player) == [f'{WARNING}; playback is paused']
-    player.play()  # the operator wants it all the same
+    player.play()  # the operator wants it anyway
     player.node.advance(5 * LOOK_PERIOD_S)
     assert not player.state.paused, 'it was told already'
     player.others.nodes = {'/tcf': ['/driver', '/second']}
@@ -90,7 +90,7 @@ def test_after_its_end_it_looks_no_more(play: Play, cell_bag: str) -> None:
     assert warnings(player) == []
 
 
-# Topics that cannot be played beside others
+# Topics that cannot be played next to other publishers
 
 IMAGE = {'type': Image._type, 'md5sum': Image._md5sum}
 ARRAY = {'type': Float32MultiArray._type, 'md5sum': Float32MultiArray._md5sum}

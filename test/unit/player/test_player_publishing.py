@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What subscribers get of a recording, and when: the whole player on a simulated clock."""
+"""Messages that subscribers receive, and when: the whole player on a simulated clock."""
 from __future__ import annotations
 
 import struct
@@ -21,7 +21,7 @@ Play = Callable[..., SimulatedPlayer]
 
 
 def without_stamp(topic: str, data: bytes) -> Tuple[str, bytes, bytes]:
-    """The topic, and the bytes before and behind the stamp; /tf_static has all frames so far."""
+    """The topic, and the bytes before and after the stamp; /tf_static has all frames so far."""
     at = STAMPED_AT.get(topic)
     if at is None or topic == '/tf_static':
         return topic, b'' if at else data, b''
@@ -45,7 +45,7 @@ def frames_in(data: bytes) -> List[str]:
 
 
 def check_played(player: SimulatedPlayer) -> None:
-    """Every message came once, in order and in its time, unchanged but for its stamp."""
+    """Assert that every message came once, in order and on time, unchanged except its stamp."""
     removal, *came = player.received  # of all markers, before the first message
     assert removal.topic == '/marker'
     begin_s = removal.time_s + HEAD_START_S
@@ -81,7 +81,7 @@ def test_stamps_move_to_the_present_and_equal_ones_stay_equal(play: Play, cell_b
     images, infos = ([it for it in player.received if it.topic == topic]
                      for topic in ('/image', '/info'))
     assert [stamp_s(it) for it in images] == [stamp_s(it) for it in infos]
-    for image in images[1:]:  # nothing is stamped before play began
+    for image in images[1:]:  # no stamp is earlier than the start of play
         assert image.time_s - stamp_s(image) == pytest.approx(0.003, abs=1e-6)
 
 
@@ -127,7 +127,7 @@ def test_while_paused_the_scene_comes_again_for_what_has_started_meanwhile(play:
     player.node.advance(0.3)
     player.received.clear()
     player.node.advance(0.3)
-    assert numbers(player) == sorted(set(numbers(player)))  # while it plays, it does not
+    assert numbers(player) == sorted(set(numbers(player)))  # nothing is repeated while it plays
 
 
 def test_a_scene_with_recorded_stamps_does_not_come_again(play: Play, cell_bag: str) -> None:
@@ -160,11 +160,11 @@ def test_two_types_on_one_topic(play: Play, bag_of: Any) -> None:
 def test_a_start_at_the_end_plays_the_last_message(play: Play, cell_bag: str) -> None:
     player = play(cell_bag, plays=True, start_s=1.0)
     player.end()
-    assert numbers(player) == [0.992, 1.0]  # the scene, and what is left
+    assert numbers(player) == [0.992, 1.0]  # the scene, and the rest
 
 
 AGE_MS = 25
-"""How old a scan is when it is recorded."""
+"""Age of a scan when it is recorded."""
 
 
 def robot_and_scans() -> List[Row]:

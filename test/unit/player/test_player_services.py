@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The services of the player: what they do, what they answer, what they refuse, and its state."""
+"""The services of the player: effects, answers, refusals, and its state."""
 from __future__ import annotations
 
 from typing import Any, Callable, List
@@ -36,7 +36,7 @@ def numbers(player: SimulatedPlayer) -> List[float]:
 
 
 def kept(state: PlayerState) -> List[Any]:
-    """What a command that is refused does not change."""
+    """The state that a refused command leaves unchanged."""
     return [state.position, state.rate, state.paused, state.loop, state.segment]
 
 
@@ -100,7 +100,7 @@ def test_pause_rate_loop_and_stop(play: Play, cell_bag: str) -> None:
     player.received.clear()
     segment = player.state.segment
     player.play()
-    player.node.advance(HEAD_START_S + 0.1 + 2 * (HEAD_START_S + 0.2))  # rounds, backwards
+    player.node.advance(HEAD_START_S + 0.1 + 2 * (HEAD_START_S + 0.2))  # loop rounds, backward
     assert player.state.segment == segment + 3
     assert {0.2, 0.4} <= set(numbers(player)) <= {round(0.008 * it, 4) for it in range(25, 51)}
     assert player.set_loop(False).message == 'no loop'
@@ -163,7 +163,7 @@ def test_at_the_beginning_nothing_comes_from_elsewhere(play: Play, bag_of: Any) 
     player.received.clear()
     assert player.seek(0.0).message == 'at 0.000 s; nothing yet on /late_text, /late_number'
     assert numbers(player) == [0.0]
-    assert len(player.of('/image')) == 1  # which was recorded at 4 ms
+    assert len(player.of('/image')) == 1  # it was recorded at 4 ms
     assert player.state.not_begun == ['/late_text', '/late_number']
     assert player.late('/late_text') == []
     frames = [it.child_frame_id for it in TFMessage().deserialize(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player in a terminal: keys do what they say, the line is shown, faults are sentences."""
+"""The player in a terminal: keys work as documented, the line is shown, faults are sentences."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -23,7 +23,7 @@ Play = Callable[..., SimulatedPlayer]
 
 
 class FakeKeyboard:
-    """Keys that were pressed."""
+    """Keyboard with keys that were pressed."""
 
     def __init__(self, *keys: str) -> None:
         self._keys = list(keys)
@@ -39,7 +39,7 @@ class FakeKeyboard:
 
 
 class FakeScreen:
-    """A terminal of 80 columns, or a file."""
+    """Terminal of 80 columns, or a file."""
 
     encoding = 'ascii'
 
@@ -55,7 +55,7 @@ class FakeScreen:
 
 
 class Typist:
-    """Presses keys at a player's terminal."""
+    """Keys pressed at a player's terminal."""
 
     def __init__(self, player: SimulatedPlayer, is_terminal: bool = True,
                  quiet: bool = False) -> None:
@@ -67,7 +67,7 @@ class Typist:
                               self.screen)
 
     def press(self, *keys: str) -> List[str]:
-        """Press keys; return what is written then."""
+        """Press keys; return the text that is then written."""
         del self.screen.texts[:]
         self.terminal(*keys).read_keys()
         self.player.node.let_work()
@@ -76,7 +76,7 @@ class Typist:
 
 @pytest.fixture(scope='module')
 def long_bag(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A number each 8 ms for 20 s."""
+    """A number every 8 ms for 20 s."""
     return write_bag(tmp_path_factory.mktemp('long') / 'long.bag', [
         Row('/tcf', time_ms, Float32MultiArray(data=[time_ms / 1000.0]))
         for time_ms in range(0, 20_001, 8)])
@@ -84,7 +84,7 @@ def long_bag(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def typist(play: Play, long_bag: str) -> Typist:
-    """At a player that stands at 5 s."""
+    """At a player that is paused at 5 s."""
     return Typist(play(long_bag, start_s=5.0))
 
 
@@ -167,7 +167,7 @@ def test_what_was_used_is_left_with_a_new_line(typist: Typist) -> None:
     assert typist.player.position_s == 0.0
 
 
-# What prevents it from playing is one sentence
+# Errors that prevent playing are one sentence
 
 
 @pytest.mark.parametrize('error', [
@@ -221,7 +221,7 @@ def test_a_bag_without_an_index_is_not_copied_unless_wanted(cut_off: Path) -> No
 
 def test_a_bag_without_an_index_is_played_from_a_copy_if_wanted(cut_off: Path, capsys: Any) -> None:
     before = cut_off.read_bytes()
-    for told in ('messages', ': playing '):  # the second time it is there
+    for told in ('messages', ': playing '):  # the second time the copy exists
         with opened(parse_options(['--reindex', str(cut_off)])) as recording:
             path, = recording.paths
             assert path.endswith('cell.reindexed.bag')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player reads the recording for others, as it was recorded."""
+"""The player reads parts of the recording for others, unchanged."""
 from __future__ import annotations
 
 import math
@@ -28,7 +28,7 @@ def tcf(time_ms: int) -> Float32MultiArray:
 
 @pytest.fixture(scope='module')
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recording]:
-    """A second: a robot each 8 ms, an image each 40 ms."""
+    """A second: a robot state every 8 ms, an image every 40 ms."""
     path: Path = tmp_path_factory.mktemp('bag') / 'cell.bag'
     rows: List[Any] = [('tcf', time_ms, tcf(time_ms)) for time_ms in TIMES_MS]
     rows += [('/image', time_ms, UInt8MultiArray(data=bytes(IMAGE_BYTES)))
@@ -91,5 +91,5 @@ def test_beyond_the_end_there_is_nothing(node: SimulatedNode) -> None:
 
 def test_of_too_much_it_says_up_to_where_it_is(node: SimulatedNode) -> None:
     answer = read(node, '/image', 0.0, 1.0)
-    assert len(answer.sizes) == 9  # with their layout, ten are more than may be
+    assert len(answer.sizes) == 9  # with their layout, ten exceed the limit
     assert answer.end == pytest.approx(0.324, abs=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A link with a rate, a delay and a long buffer, between an outbox and a viewer; in no time."""
+"""A link with a rate, a delay and a long buffer, from an outbox to a viewer; in simulated time."""
 from __future__ import annotations
 
 import heapq
@@ -11,7 +11,7 @@ from process_visualizer.remote.packets import GREETING, Kind, Message, MessagePa
 
 
 class SimulatedLink:
-    """Bytes leave one after the other at a rate, and arrive after a delay [s]; answers too."""
+    """Bytes leave one after another at a rate and arrive after a delay [s]; so do answers."""
 
     def __init__(self, bytes_s: float, delay_s: float) -> None:
         self.outbox, self.window = Outbox(), LinkWindow()
@@ -26,7 +26,7 @@ class SimulatedLink:
         self._reader.take(GREETING)
 
     def change(self, bytes_s: float, delay_s: float) -> None:
-        """Let what is sent from now on have another rate and delay."""
+        """Change rate and delay for everything sent from now on."""
         self._bytes_s, self._delay_s = bytes_s, delay_s
 
     def put(self, channel: int, size: int, is_kept: bool = False) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The connection to a relay: quick to be back, and it knows what was lost."""
+"""The connection to a relay: fast to reconnect, and it knows the reason of a loss."""
 from __future__ import annotations
 
 import queue
@@ -27,7 +27,7 @@ from process_visualizer.viewing.relay_connection import Listener, RelayConnectio
 
 
 class Losses:
-    """Takes what is said of lost connections."""
+    """Collected reports of lost connections."""
 
     def __init__(self) -> None:
         self.told: 'queue.Queue[Tuple[str, float]]' = queue.Queue()
@@ -78,9 +78,9 @@ def test_a_loss_says_when_anything_came_last(
     connection.start()
     with server.accept()[0] as there:
         there.sendall(GREETING)
-        first_packet(there)  # it has connected, and says something from time to time
+        first_packet(there)  # it has connected, and sends something from time to time
     heard_s = losses.told.get(timeout=PATIENCE_S)[1]
-    assert losses.told.get(timeout=PATIENCE_S)[1] == heard_s  # nothing has come since
+    assert losses.told.get(timeout=PATIENCE_S)[1] == heard_s  # nothing has arrived since then
 
 
 def test_a_cell_that_has_another_port_is_found_again(
@@ -176,7 +176,7 @@ def test_an_attempt_that_is_not_answered_holds_up_no_other(
 
 
 class Link:
-    """A viewer that has been silent for some time."""
+    """Viewer that has been silent for some time."""
 
     def __init__(self, silent_s: float) -> None:
         self.silent_s, self.is_closed = silent_s, False
@@ -232,8 +232,8 @@ def test_another_cell_of_the_computer_is_not_taken_for_the_one_that_was_watched(
             server.close()
             with other.accept()[0] as there:
                 offered(there, 'pc:11312')
-                assert first_packet(there).kind == Kind.PING  # asks for nothing, and goes
-            with other.accept()[0] as there:  # it looks again: the first cell may be there now
+                assert first_packet(there).kind == Kind.PING  # requests nothing, and leaves
+            with other.accept()[0] as there:  # it checks again: the first cell may be there now
                 offered(there, 'pc:11312')
                 wait_until(lambda: any('another cell runs there, at port '
                                        f'{other.getsockname()[1]}' in it[0]

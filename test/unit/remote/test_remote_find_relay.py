@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What prevents a connection to a cell is found before RViz starts, and named."""
+"""Obstacles to a connection are found and named before RViz starts."""
 from __future__ import annotations
 
 import socket
@@ -19,7 +19,7 @@ Serve = Callable[[socket.socket], None]
 
 @contextmanager
 def served(serve: Serve) -> Iterator[int]:
-    """Something that listens; yields its port."""
+    """A listening server; yields its port."""
     with socket.create_server(('127.0.0.1', 0)) as server:
         def accept() -> None:
             while True:
@@ -110,7 +110,7 @@ def test_a_killed_cell_of_this_computer_is_not_one_that_refuses_others(
 
 def test_the_port_that_has_to_be_open_is_the_one_that_is_named(
         monkeypatch: pytest.MonkeyPatch) -> None:
-    """The master listens to its own computer only, and a firewall drops what is for the relay."""
+    """The master listens on its own computer only, and a firewall drops packets to the relay."""
     def dropped(host: str, port: int) -> OSError:
         return socket.timeout('timed out')
 

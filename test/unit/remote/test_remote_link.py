@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is sent over a thin link is live: little is under way, and what is old is left out."""
+"""Data on a thin link are live: little is in transit, and old messages are left out."""
 from __future__ import annotations
 
 from functools import partial
@@ -59,7 +59,7 @@ def test_joints_and_clouds_stay_live(mbit_s: float, delay_s: float) -> None:
 
 @pytest.mark.parametrize('cloud_bytes', [300_000, 900_000, 3_000_000])
 def test_a_wide_link_that_becomes_thin_is_live_again_soon(cloud_bytes: int) -> None:
-    """What was on its way comes first, but it is little, and nothing is added meanwhile."""
+    """Messages in transit come first, but they are few, and nothing is added in the meantime."""
     link = SimulatedLink(1000 * MBIT_S, 0.0002)
     run_cell(link, 5.0, cloud_bytes, image_bytes=900_000)
     link.change(10 * MBIT_S, 0.025)
@@ -84,7 +84,7 @@ def test_the_first_cloud_is_no_test_of_a_thin_link(begin_mbit_s: float) -> None:
     for step in range(5 * 30, 60 * 30):
         link.run_until(step / 30)
         link.put(JOINTS, 400)
-        if step == 30 * 30:  # meanwhile nobody watches the clouds
+        if step == 30 * 30:  # in the meantime nobody watches the clouds
             link.change(MBIT_S, 0.0005)
         if step >= 40 * 30 and step % 6 == 0:
             link.put(CLOUD, 1_200_000)
@@ -132,7 +132,7 @@ def test_a_file_comes_last_but_comes() -> None:
 
 
 def test_a_file_is_read_in_its_turn() -> None:
-    """Otherwise a viewer that asks for all files would have them all in the relay's memory."""
+    """Otherwise a viewer that requests all files would have them all in the relay's memory."""
     box, read = Outbox(), []
 
     def content(number: int) -> bytes:

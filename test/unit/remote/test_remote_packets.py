@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Packets between a cell and its viewers: whole at the other side, however they are cut."""
+"""Packets between a cell and its viewers: complete on the other side, however they are split."""
 from __future__ import annotations
 
 import struct

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What somebody in the network can do to the relay: ask without reading, or only connect."""
+"""Attacks on the relay from the network: requests without reading, and mere connections."""
 from __future__ import annotations
 
 import queue
@@ -29,7 +29,7 @@ OFFER = Offer('1.0', 'realtime', '', {}, {})
 
 @pytest.fixture
 def both_ends() -> Iterator[List[socket.socket]]:
-    """A connection: the relay's end, and the viewer's."""
+    """A connection: the relay's end and the viewer's."""
     with socket.create_server(('127.0.0.1', 0)) as server, \
             socket.create_connection(server.getsockname()) as viewer:
         relay, _ = server.accept()
@@ -41,7 +41,7 @@ def both_ends() -> Iterator[List[socket.socket]]:
     number_packet(Kind.PING, 1), json_packet(Kind.FETCH, uri='mesh', channel=1 << 31)])
 def test_a_viewer_that_asks_and_does_not_read_is_dropped(
         packet: bytes, both_ends: List[socket.socket]) -> None:
-    """It does not acknowledge either, so that nothing is sent, and all answers wait."""
+    """It does not acknowledge either, so nothing is sent, and all answers wait."""
     relay, viewer = both_ends
     ended = threading.Event()
     link = ViewerLink(relay, 'viewer', TopicFeed(), lambda _link: ended.set())
@@ -74,7 +74,7 @@ def test_connections_that_say_nothing_do_not_become_many(tmp_path: Path) -> None
 
 def test_a_relay_greets_at_once_and_makes_an_offer_once_for_all_that_wait(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a busy computer viewers gave up before each had an offer of its own, for minutes."""
+    """On a busy computer, viewers gave up before each had an offer of its own, for minutes."""
     view = tmp_path / 'cell.rviz'
     view.write_text('Visualization Manager: {}', encoding='utf-8')
     relay = ViewRelay('127.0.0.1', range(0, 1), str(view), '')
@@ -106,7 +106,7 @@ def test_a_relay_greets_at_once_and_makes_an_offer_once_for_all_that_wait(
 
 
 def test_a_relay_that_ends_lets_nobody_in(tmp_path: Path) -> None:
-    """Otherwise a viewer says that it is connected again, just before it is lost again."""
+    """Otherwise a viewer reports that it is connected again, just before the next loss."""
     relay = ViewRelay('127.0.0.1', range(0, 1), str(tmp_path / 'none.rviz'), '')
     host, port = relay.address.split(':')
     relay.run()
@@ -172,7 +172,7 @@ def test_messages_that_are_too_large_are_told_as_long_as_they_are(
 
 
 class Wishes(TopicFeed):
-    """Notes what a viewer wants."""
+    """Feed that notes the requests of a viewer."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -184,7 +184,7 @@ class Wishes(TopicFeed):
 
 def test_a_viewer_that_wants_something_else_all_the_time_does_not_keep_the_master_busy(
         both_ends: List[socket.socket]) -> None:
-    """Each change is a question to the master; of those that come together, the last one counts."""
+    """Each change is a request to the master; of several at once, only the last one counts."""
     relay, viewer = both_ends
     feed = Wishes()
     link = ViewerLink(relay, 'viewer', feed, lambda _link: None)

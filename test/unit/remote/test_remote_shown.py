@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Views, models and offers of a cell elsewhere: data, of which only what is shown is taken."""
+"""Views, models and offers of another cell: they are data, of which only visible parts are used."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Large clouds and images are thinned for a slow connection; what is kept is as it was sent."""
+"""Large clouds and images are thinned for a slow connection; the rest is unchanged."""
 from __future__ import annotations
 
 from io import BytesIO
@@ -22,7 +22,7 @@ def written(message: Any) -> bytes:
 
 
 def cloud(count: int, order: str = '<', depth: str = 'f4') -> PointCloud2:
-    """Points whose x counts; of each three, one has no depth and one no x."""
+    """A cloud with numbered x; of every three points, one has no depth and one no x."""
     rows = np.zeros(count, np.dtype([('x', order + 'f4'), ('z', order + depth), ('pad', 'u1')]))
     rows['x'] = np.where(np.arange(count) % 3 == 2, np.inf, np.arange(count))
     rows['z'] = np.where(np.arange(count) % 3 == 1, np.nan, 1.5)
@@ -34,7 +34,7 @@ def cloud(count: int, order: str = '<', depth: str = 'f4') -> PointCloud2:
 
 
 def image(encoding: str, kind: str, channels: int, padding: int = 0) -> Image:
-    """An image of 40 rows and 30 columns, each pixel unlike the others."""
+    """An image of 40 rows and 30 columns; all pixels differ."""
     pixels = np.arange(40 * 30 * channels).astype(kind).reshape(40, -1)
     rows = np.hstack((pixels.view(np.uint8), np.full((40, padding), 255, np.uint8)))
     return Image(HEADER, 40, 30, encoding, 0, rows.shape[1], rows.tobytes())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a hostile cell can do to a viewer: send without end, and nonsense."""
+"""Attacks of a hostile cell on a viewer: endless data, and nonsense."""
 from __future__ import annotations
 
 import threading
@@ -23,7 +23,7 @@ RVIZ_HANGS, ALL_ANSWERS = CellLook(frozenset({'/rviz'})), CellLook()
 
 
 class Nothing:
-    """Stands for a publisher, or a sender."""
+    """Stand-in for a publisher or a sender."""
 
     def __init__(self, *_arguments: Any, **_values: Any) -> None:
         pass
@@ -54,7 +54,7 @@ def test_problems_of_messages_are_told_up_to_a_limit() -> None:
 @pytest.mark.parametrize('is_latched', [False, True])
 def test_a_message_stays_for_later_subscribers_only_if_the_cell_latches_it(
         monkeypatch: pytest.MonkeyPatch, is_latched: bool) -> None:
-    """Otherwise they would get joints from when the last subscriber left."""
+    """Otherwise they would get joints from the time when the last subscriber left."""
     done: List[str] = []
 
     class Publisher(Nothing):

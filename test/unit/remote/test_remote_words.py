@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is in the way between a viewer and a cell, in words; addresses, ports, clocks."""
+"""Messages about obstacles between a viewer and a cell; addresses, ports, clocks."""
 from __future__ import annotations
 
 import errno
@@ -164,7 +164,7 @@ def test_the_quickest_answer_tells_the_time() -> None:
     clock.take(2_000_000_000, 5_010_000_000, 2_020_000_000)
     assert clock.ahead_s == pytest.approx(3.0)
     assert clock.answer_s == pytest.approx(0.02)
-    clock.take(9_000_000_000, 0, 8_000_000_000)  # set back meanwhile
+    clock.take(9_000_000_000, 0, 8_000_000_000)  # set back in the meantime
     assert clock.ahead_s == pytest.approx(3.0)
 
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Does everything with recordings that a user does, and loads what is generated from them.
+"""Does everything with recordings that a user does, and loads the files generated from them.
 
 usage: hostile_program.py FOLDER BAG…
-
-Of each recording it prints a line of JSON: what would be started, and what was said.
+For each recording it prints a line of JSON: the nodes to be started, and the messages.
 """
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ from process_visualizer.runs.recorded.chosen_runs import recorded_cell
 
 
 def _loaded(cell: Cell, folder: Path, bag: str) -> List[Dict[str, Any]]:
-    """The nodes that roslaunch would start, in both modes; it runs what stands in parameters."""
+    """The nodes that roslaunch would start, in both modes; it runs the commands in parameters."""
     found: List[Dict[str, Any]] = []
     for mode in Mode:
         plan = generate_parts(Choice(cell, mode, cell.devices,
@@ -67,7 +66,7 @@ def _use(bag: str, folder: Path) -> List[Dict[str, Any]]:
         with Recording([bag]) as recording, recorded_cell(recording) as cell:
             print(*cell.ignored, sep='\n')
             started += _loaded(cell, folder / 'of_bag', bag)
-    except Exception as error:  # what a user is told instead
+    except Exception as error:  # the message to a user
         print(f'{type(error).__name__}: {error}')
     if new.exists():
         print('NEW', new.read_text(encoding='utf-8'))

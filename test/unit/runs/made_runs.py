@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of a tool that goes there and back, with a value that follows from where it is."""
+"""Runs of a tool that moves to a point and back, with a value that depends on its position."""
 from __future__ import annotations
 
 from typing import Callable, Optional, Sequence, Tuple
@@ -14,7 +14,7 @@ Change = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def progress(process_s: np.ndarray) -> np.ndarray:
-    """How far the tool is [m]: it waits, goes, waits, comes back, waits."""
+    """Distance of the tool from its start [m]: it waits, moves away, waits, moves back, waits."""
     u = np.clip(np.stack([(process_s - 1.0) / 4.0, (process_s - 6.0) / 3.0]), 0.0, 1.0)
     there, back = u * u * (3.0 - 2.0 * u)
     result: np.ndarray = 0.5 * (there - back)
@@ -27,14 +27,14 @@ def made_run(seed: int = 0, speed: float = 1.0, start_s: float = 2.0, noise: flo
     """Return a run.
 
     Args:
-        seed: of the noise.
-        speed: how many seconds a second of the process takes.
-        start_s: when the process begins.
-        noise: of the value.
+        seed: seed of the noise.
+        speed: duration of one second of the process [s].
+        start_s: time at which the process begins.
+        noise: standard deviation of the value.
         value, place: change the value (n,), and the tool's positions (n, 3), at process times (n,).
-        dwell_s: the process stands still for so long 3 s after its begin.
-        has_motion: whether the tool is known.
-        events: with the times of the process; default: go and back.
+        dwell_s: duration of a pause of the process, 3 s after its beginning.
+        has_motion: whether the tool's motion is known.
+        events: names and process times; default: go and back.
     """
     random = np.random.default_rng(seed)
     duration_s = start_s + speed * PROCESS_S + dwell_s + 1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recording is data: whatever its configuration says, nothing of it runs."""
+"""A recording is data: nothing in its configuration is run."""
 from __future__ import annotations
 
 import json
@@ -18,7 +18,7 @@ _OURS = {'process_visualizer', 'robot_state_publisher', 'rviz', 'nodelet'}
 
 @pytest.fixture(scope='module')
 def used(tmp_path_factory: pytest.TempPathFactory) -> Dict[str, Any]:
-    """What became of each recording, the files it left, and whether anybody connected."""
+    """The result of each recording, the remaining files, and whether anything connected."""
     folder = tmp_path_factory.mktemp('hostile')
     canaries, made = folder / 'canaries', folder / 'made'
     for path in (canaries, made, folder / 'bags', folder / 'home', folder / 'here'):

@@ -14,7 +14,7 @@ from process_visualizer.runs.run import Run, RunEvent, ToolMotion
 
 TIMES = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=20)
 MOVING_S = np.concatenate((np.arange(1.5, 4.5, 0.05), np.arange(6.5, 8.5, 0.05)))
-"""Times of the process."""
+"""Process times."""
 
 
 def errors_s(reference: Run, run: Run, speed: float, start_s: float) -> np.ndarray:
@@ -84,7 +84,7 @@ def test_a_dwell_is_a_jump_of_the_map() -> None:
 
 
 def moves_and_rests(slower: float, rests_s: 'list[float]') -> 'tuple[Run, np.ndarray]':
-    """A tool that moves to and fro, and the moments at which it begins and ends to do so."""
+    """A tool that moves back and forth, and the times at which each movement begins and ends."""
     corners_s = np.cumsum([rests_s[0], *np.ravel([[1.5 * slower, it] for it in rests_s[1:]])])
     times_s = np.arange(0.0, corners_s[-1], 0.01)
     shares = [np.clip((times_s - begin) / (1.5 * slower), 0.0, 1.0) for begin in corners_s[:-1:2]]
@@ -163,7 +163,7 @@ def test_an_hour_and_twenty_seconds() -> None:
 
 
 def test_events_of_one_moment_are_no_disorder() -> None:
-    """Two states are passed in one message: which of the two events comes first says nothing."""
+    """Two states are passed in one message: the order of the two events has no meaning."""
     both = [RunEvent('one', 1.0), RunEvent('two', 3.0), RunEvent('three', 3.0)]
     other = [RunEvent('one', 1.0), RunEvent('three', 3.5), RunEvent('two', 3.5)]
     for run in (both, other):
@@ -172,7 +172,7 @@ def test_events_of_one_moment_are_no_disorder() -> None:
 
 
 def test_a_gap_does_not_take_in_what_lies_before_it() -> None:
-    """A run of a recording begins later, and has a gap soon after: a free way led through it."""
+    """The run begins later and has a gap soon after, through which the alignment could jump."""
     rows = np.arange(80)
     reference = np.column_stack((np.cos(0.05 * rows), np.sin(0.05 * rows)))
     run = reference[7:].copy()

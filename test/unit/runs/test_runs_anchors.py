@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator says which moments belong together, and the rest follows."""
+"""The operator matches moments of two runs, and the rest follows."""
 from __future__ import annotations
 
 from typing import List, Tuple

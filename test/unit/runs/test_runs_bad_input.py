@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What does not fit together is told in a sentence, and what can be compared is."""
+"""Mismatching runs are reported in a sentence, and comparable ones are compared."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,11 +15,11 @@ from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Run
 
 RUN = made_run(1, value=lambda process_s, values: values + np.where(process_s > 3.0, 4.0, 0.0))
-"""A poor one."""
+"""A poor run."""
 
 
 def long_run() -> Run:
-    """An hour, with the process after half of it."""
+    """One hour, with the process after half of it."""
     times_s = np.arange(0.0, 3600.0, 0.02)
     along = progress(times_s - 1800.0)
     short = made_run(1)
@@ -82,7 +82,7 @@ def test_runs_that_have_some_channels_in_common_are_compared(
 
 def test_runs_of_another_cell_are_left_out(tmp_path: Path,
                                            capsys: pytest.CaptureFixture[str]) -> None:
-    """The others are compared all the same."""
+    """The others are compared anyway."""
     good = write_bag(tmp_path, poor=1)
     other = write_bag(tmp_path, 'other.bag', robot='renamed', machine='press')
     assert main(['compare', f'{good}#2', other, '--reference', f'{good}#1']) == 2

@@ -22,7 +22,7 @@ from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, par
 
 
 def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The force jumps 3 s after the begin of the process."""
+    """Let the force jump 3 s after the beginning of the process."""
     return values + np.where(process_s > 3.0, 4.0, 0.0)
 
 
@@ -68,7 +68,7 @@ def test_a_tool_beside_its_path_is_told_as_sideways(learned: GoodRuns) -> None:
 
 @pytest.mark.parametrize('longer_s', [0.4, 2.0, 5.0])
 def test_all_of_the_time_that_was_lost_is_told(longer_s: float) -> None:
-    """Also of a rest, over which a map of time spreads it."""
+    """Also during a rest, over which a time mapping distributes it."""
     [found] = [it for it in GoodRuns(made_run()).compare(made_run(1, dwell_s=longer_s)).departures
                if it.signal.label == 'time lost']
     assert found.in_all_s == pytest.approx(longer_s, rel=0.1)
@@ -169,7 +169,7 @@ def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
 
 
 def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
-    """The recording goes on 5 s after the run, which begins 10 s after it."""
+    """The recording continues for 5 s after the run, which begins 10 s after its start."""
     found = learned.compare(made_run(77, value=pushed)._replace(begin_s=10.0))
     bands = timeline_bands([found], 28.0, 280)
     force = bands['robot', 'tool force']
@@ -190,7 +190,7 @@ def test_clock(time_s: float, text: str) -> None:
 
 
 def interrupted(run: Run, begin_s: float, end_s: float) -> Run:
-    """The run, of which nothing was recorded for a while."""
+    """The run without the data of a while."""
     def kept(times_s: np.ndarray) -> np.ndarray:
         return (times_s < begin_s) | (times_s > end_s)
     return run._replace(
@@ -201,7 +201,7 @@ def interrupted(run: Run, begin_s: float, end_s: float) -> Run:
 
 
 def held_up(run: Run, at_s: float, late_s: float) -> Run:
-    """The run, all of whose messages were held up for a moment, and then came at once."""
+    """The run with all messages delayed for a moment, and then delivered at once."""
     def arrival(times_s: np.ndarray) -> np.ndarray:
         waits = (times_s >= at_s) & (times_s < at_s + late_s)
         behind = waits.sum() - np.cumsum(waits)
@@ -227,7 +227,7 @@ def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, be
 
 
 def test_a_run_that_begins_within_a_gap_has_lost_no_time(learned: GoodRuns) -> None:
-    """Its event came within the gap, and was noticed with the first message after it."""
+    """Its event happened within the gap, and was noticed with the first message after it."""
     whole = interrupted(made_run(77), 1.0, 5.5)
     late = whole._replace(events=tuple(
         it._replace(time_s=5.5) if it.name == 'go' else it for it in whole.events))
@@ -250,7 +250,7 @@ def only_moving(run: Run) -> Run:
 
 
 def test_a_late_start_of_a_robot_that_is_silent_at_rest_is_found() -> None:
-    """Other topics are there before it moves: nothing was lost."""
+    """Other topics are present before it moves: nothing was lost."""
     good = GoodRuns(only_moving(made_run(1)), [only_moving(made_run(it)) for it in (2, 3)])
     assert good.compare(only_moving(made_run(77))).departures == ()
     late = made_run(78, start_s=2.6)
@@ -263,7 +263,7 @@ def test_a_late_start_of_a_robot_that_is_silent_at_rest_is_found() -> None:
 
 @pytest.mark.parametrize('begin_s, end_s', [(3.1, 3.9), (4.5, 5.3), (8.2, 9.1)])
 def test_a_gap_in_the_reference_is_no_fault_of_a_run(begin_s: float, end_s: float) -> None:
-    """The motion alone is missing: the means of the force behind the gap are of both."""
+    """Only the motion is missing: after the gap, force means only use values of both runs."""
     reference = made_run()
     motion, = reference.motions
     kept = (motion.times_s < begin_s) | (motion.times_s > end_s)
@@ -293,7 +293,7 @@ def test_a_short_hole_in_the_motion_leaves_little_unjudged(learned: GoodRuns) ->
 
 
 def test_a_short_piece_of_motion_before_a_hole_does_not_show_the_moment(learned: GoodRuns) -> None:
-    """In it, the tool is a little below its path: a moment later, it would be on it."""
+    """In it, the tool is slightly below its path: a moment later it would be on it."""
     run = made_run(77, start_s=-0.7)
     motion, = run.motions
     positions = motion.positions - (motion.times_s < 0.3)[:, np.newaxis] * (0.0, 0.0, 0.02)
@@ -332,7 +332,7 @@ def test_messages_that_were_held_up_are_no_fault_of_the_process(learned: GoodRun
 
 @pytest.mark.parametrize('at_s', [6.8, 7.0, 7.2])
 def test_messages_that_were_held_up_at_an_edge_are_no_fault(at_s: float) -> None:
-    """The mean over a longer time: what is beside the gap is that of the edge, and tells little."""
+    """The mean over a longer time: values next to the gap are the edge's, and mean little."""
     def edged(seed: int) -> Run:
         late_s = 0.03 * abs(np.random.default_rng([seed, 5]).standard_normal())
         return made_run(seed, noise=0.5, value=lambda process_s, values: values + 60.0 * (
@@ -355,7 +355,7 @@ def with_channel(run: Run, label: str, times_s: np.ndarray, values: np.ndarray,
 
 
 def heated(seed: int, degrees: float = 45.0) -> Run:
-    """A run with a temperature that comes once a second."""
+    """A run with a temperature once per second."""
     run = made_run(seed)
     times_s = np.arange(0.0, run.duration_s, 1.0)
     noise = 0.1 * np.random.default_rng(seed).standard_normal(len(times_s))
@@ -372,7 +372,7 @@ def test_what_comes_once_a_second_is_judged_by_the_value_that_holds(count: int) 
 
 
 def stepped(seed: int, *states: float, late_s: float = 0.0) -> Run:
-    """A run whose states change every two seconds, sent ten times a second."""
+    """A run whose states change every two seconds, sent ten times per second."""
     run = made_run(seed)
     times_s = np.arange(0.0, run.duration_s, 0.1)
     row = np.floor((times_s - 2.0 - late_s * (times_s >= 6.0)) / 2.0).astype(int)
@@ -417,7 +417,7 @@ def test_a_counter_that_came_first_behind_the_reference_is_no_measurement() -> N
 
 
 def test_what_was_sent_before_a_run_holds_in_it() -> None:
-    """Of a bit that is sent when it changes; a measurement is none of the run before."""
+    """For a bit that is sent when it changes; a measurement from before the run does not count."""
     bit = with_channel(made_run(), 'done', np.array([1.0, 3.0]), np.array([0.0, 1.0]))
     heat = with_channel(bit, 'heat', np.arange(14.0), np.where(np.arange(14) < 5, 20.0, 30.0), '°C')
     part = part_of(heat, 4.5, 9.0, 'part')
@@ -428,7 +428,7 @@ def test_what_was_sent_before_a_run_holds_in_it() -> None:
 
 @pytest.mark.parametrize('count', [5, 10, 25])
 def test_a_reference_that_is_none_is_left_out(count: int) -> None:
-    """Also where it is the first one, on whose clock all are compared."""
+    """Also if it is the first one, whose clock is the reference for all."""
     for place in (0, 2):
         runs = list(goods(count))
         runs[place] = made_run(50, value=lambda process_s, values: 1.6 * values)
@@ -454,7 +454,7 @@ def test_a_run_is_judged_by_those_of_its_variant() -> None:
 
 
 def test_numbers_with_names_are_states_though_they_change_quickly() -> None:
-    """Sent only when it changes, every 0.4 s, a state is sent like a measurement."""
+    """Sent only when it changes, every 0.4 s, a state looks like a measurement."""
     def of(seed: int, more: Sequence[float] = ()) -> Run:
         times_s = np.array([*np.arange(0.2, 12.0, 0.4), *more])
         values = np.where(np.isin(times_s, more), 9.0, np.arange(len(times_s)) % 4)
@@ -501,7 +501,7 @@ def test_slow_topics_that_pause_together_are_no_hole() -> None:
 
 
 def test_the_number_of_the_run_before_is_no_wrong_state() -> None:
-    """The variant or place is sent when it changes, shortly before its run begins."""
+    """The variant or position is sent when it changes, shortly before its run begins."""
     def of(seed: int, before: float, number: float) -> Run:
         run = with_channel(made_run(seed), 'number', np.array([0.0, 0.3]),
                            np.array([before, number]))
@@ -524,7 +524,7 @@ def test_the_place_of_a_pattern_is_that_of_good_runs_at_it() -> None:
 
 
 def test_where_a_place_was_aligned_less_exactly_its_good_runs_are_no_worse() -> None:
-    """The states of the first run of a place came late once: for all runs of it time seems lost."""
+    """The states of the first run at a position came late once: all its runs seem to lose time."""
     def at(seed: int, index: int, late_s: float = 0.0) -> Run:
         def aside(process_s: np.ndarray, places: np.ndarray) -> np.ndarray:
             share = np.clip(process_s - 2.0, 0.0, 1.0) * np.clip(8.0 - process_s, 0.0, 1.0)
@@ -541,7 +541,7 @@ def test_where_a_place_was_aligned_less_exactly_its_good_runs_are_no_worse() -> 
 
 
 def waiting(seed: int, wait_s: float, late_s: float = 0.0) -> Run:
-    """A run that waits, and goes on so late behind that."""
+    """A run that waits, and continues ``late_s`` too late."""
     run = made_run(seed, dwell_s=wait_s + late_s, events=(('waits', 2.999), ('goes on', 3.001)))
     waits, goes_on = run.events
     return run._replace(events=(waits, goes_on._replace(time_s=goes_on.time_s - late_s)),

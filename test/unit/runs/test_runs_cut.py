@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell cut`` of a run, and around an alarm: what the smaller bag holds is judged as before."""
+"""``cell cut`` of a run, and around an alarm: the verdict on the smaller bag is unchanged."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -44,7 +44,7 @@ def test_what_happened_around_an_alarm(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_the_variant_of_a_run_is_the_number_that_holds_during_its_cycle() -> None:
-    """It is sent when it changes, shortly before the cycle begins, after that of the last run."""
+    """It is sent when it changes, shortly before the cycle begins and after the last cycle's."""
     variant = Channel('plc', 'variant', '', ChannelKind.VARIABLE, np.array([0.0, 21.8, 41.8, 52.2]),
                       np.array([2.0, 1.0, 2.0, 5.0]))
     whole = Run('shift.bag', 60.0, (variant,), events=tuple(

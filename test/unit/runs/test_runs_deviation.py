@@ -66,7 +66,7 @@ def test_a_run_left_out_is_as_if_it_had_not_been_there() -> None:
     assert without.runs == 21
     np.testing.assert_allclose(without.signals[FORCE].middle, others.signals[FORCE].middle)
     np.testing.assert_allclose(without.signals[FORCE].half_width, others.signals[FORCE].half_width,
-                               rtol=0.15)  # the others' scores have known it
+                               rtol=0.15)  # the other runs' scores were computed with it
 
 
 def test_few_good_runs_say_little_about_the_direction_of_a_force() -> None:
@@ -77,7 +77,7 @@ def test_few_good_runs_say_little_about_the_direction_of_a_force() -> None:
 
 
 def test_two_good_runs_that_agree_by_chance_do_not_make_the_band_narrower() -> None:
-    """Nine of ten good runs of the sewing cell were out of range beside two of them."""
+    """Nine of ten good runs of the sewing cell were out of range when compared with two of them."""
     aside = Signal('robot', 'tool sideways', 'm', SignalKind.PLACE)
     widths = [float(tolerance_band([{aside: np.zeros(500)}] * count).signals[aside]
                     .half_width.max()) for count in (1, 2, 3, 5, 11)]
@@ -188,7 +188,7 @@ def test_the_onset_of_steps_and_ramps(shape: str, begin: int, seed: int, sign: f
 @pytest.mark.parametrize('begin_s', [3.4, 4.0, 6.0])
 def test_what_grows_by_a_share_did_not_begin_where_its_level_steps(begin_s: float,
                                                                    seed: int) -> None:
-    """A gain that drifts: where the value doubles, so does what it is beside it."""
+    """A gain that drifts: where the value doubles, so does its deviation."""
     level = np.where(TIMES_S < 1.0, 0.0, np.where(TIMES_S < 5.0, 3.0, 6.0))
     share = 0.1 * np.maximum(TIMES_S - begin_s, 0.0)
     deviation = level * share + 0.05 * smooth_noise(np.random.default_rng(seed))
@@ -218,7 +218,7 @@ def test_beside_others_noise_is_dated_no_better_than_its_window() -> None:
 
 
 def test_a_state_comes_first_where_the_run_leaves_out_what_is_between() -> None:
-    """A cycle that is broken off: what began together in the run is apart in the reference."""
+    """A canceled cycle: events that are simultaneous in the run are apart in the reference."""
     state, late = (Departure(Signal('plc', label, '', kind), at_s, None, at_s, 0.1, at_s, 5.0, 1.0)
                    for label, kind, at_s in (('step', SignalKind.STATE, 12.2),
                                              ('time lost', SignalKind.TIMING, 10.6)))
@@ -228,7 +228,7 @@ def test_a_state_comes_first_where_the_run_leaves_out_what_is_between() -> None:
 
 @pytest.mark.parametrize(('torque', 'first'), [(7.0, 'tool force'), (25.0, 'tool torque')])
 def test_a_force_explains_the_torque_that_it_makes(torque: float, first: str) -> None:
-    """One that is much clearer has another cause."""
+    """A force with a much clearer deviation has another cause."""
     found = [Departure(FORCE._replace(label=label), 4.0, None, 4.0, 0.1, 5.0, deviation, 1.0)
              for label, deviation in (('tool torque', torque), ('tool force', 6.0))]
     assert ranked(found)[0].signal.label == first
@@ -305,13 +305,13 @@ def test_a_tool_that_rests_has_the_axes_of_its_next_motion() -> None:
 
 
 def test_rounding_makes_no_gap() -> None:
-    """Ten times a second between stamps that come fifty times; stamps are since 1970."""
+    """Ten times per second between stamps at 50 Hz; stamps count from 1970."""
     stamps_s = 1.79e9 + np.concatenate((np.arange(250) * 0.02, 5.0 + np.arange(50) * 0.1))
     assert len(data_gaps(stamps_s - stamps_s[0])) == 0
 
 
 def test_a_bunch_belongs_to_the_gap_also_if_its_first_message_came_before_the_others() -> None:
-    """Held over the pause, a single value of a force that swings was 1.7 N too low."""
+    """Held over the pause, a single value of an oscillating force was 1.7 N too low."""
     steps_ms = [10.6] * 100 + [93.6, 6.3] + [0.0] * 7 + [1.5] + [10.6] * 100
     times_s = np.cumsum(steps_ms) / 1e3
     (begin_s, end_s), = data_gaps(times_s)

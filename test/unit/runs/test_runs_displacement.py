@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs with the same path at another place each time."""
+"""Runs with the same path in a different position each time."""
 from __future__ import annotations
 
 import math
@@ -20,7 +20,7 @@ Change = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def elsewhere(seed: int, turn_rad: float, *shift_m: float, place: Optional[Change] = None) -> Run:
-    """A run whose path is turned and shifted, with a joint that follows from that."""
+    """A run whose path is turned and shifted, with a joint that follows."""
     there = Displacement(turn_rad, np.array(shift_m))
     run = made_run(seed, speed=1.0 + 0.01 * (seed % 3), place=place)
     run = there.of_run(run)
@@ -31,13 +31,13 @@ def elsewhere(seed: int, turn_rad: float, *shift_m: float, place: Optional[Chang
 
 
 def somewhere(seed: int, place: Optional[Change] = None) -> Run:
-    """A run at a place that the seed draws."""
+    """A run in a random position, drawn with the seed."""
     random = np.random.default_rng(seed)
     return elsewhere(seed, random.uniform(-1.0, 1.0), *random.uniform(-0.4, 0.4, 3), place=place)
 
 
 def beside(process_s: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The tool leaves its path sideways for a while."""
+    """Let the tool leave its path sideways for a while."""
     return at + np.where((process_s > 2.5) & (process_s < 4.0), 1.0, 0.0)[:, np.newaxis] * (
         0.0, 0.02, 0.0)
 

@@ -50,7 +50,7 @@ def test_cycles_from_each_begin_to_the_next_end() -> None:
 
 
 def test_a_cycle_that_was_broken_off_is_one() -> None:
-    """It ends with the next begin, or after as long as a whole one takes."""
+    """It ends with the next beginning, or after the duration of a complete one."""
     assert cycles([1.0, 2.0, 5.0], [4.0]) == ((1.0, 2.0, True), (2.0, 4.0, False))
     assert cycles([1.0, 9.0, 15.0], [12.0]) == ((1.0, 4.0, True), (9.0, 12.0, False))
 

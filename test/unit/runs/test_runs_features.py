@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is told of many runs: a table by phase, how near each came, causes, drift."""
+"""The report on many runs: a table by phase, their margins, causes, and drift."""
 from __future__ import annotations
 
 import csv

@@ -10,7 +10,7 @@ from process_visualizer.runs.run import Run, ToolForce
 
 
 def pressed(seed: int, turned_deg: float = 0.0) -> Run:
-    """A run with a force of 20 N, which turns to the side after 5 s and stays as great."""
+    """A run with a force of 20 N, which turns to the side after 5 s without changing its amount."""
     run = made_run(seed)
     times_s = np.arange(0.0, run.duration_s, 0.01)
     angle = np.radians(turned_deg) * (times_s > 5.0)
@@ -30,7 +30,7 @@ def test_a_force_that_is_turned_is_told_though_it_is_as_great(count: int) -> Non
 
 
 def setting_in(seed: int, from_deg: float = 0.0, later_s: float = 0.0) -> Run:
-    """A run with a force of 3 to 20 N, which is turned while it sets in, from 5 s on."""
+    """A run with a force of 3 to 20 N, which is turned while it rises, from 5 s on."""
     run = made_run(seed)
     times_s = np.arange(0.0, run.duration_s, 0.01)
     size = np.interp(times_s - later_s, (5.0, 6.0), (3.0, 20.0))

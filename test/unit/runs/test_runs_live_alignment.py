@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a run that goes on is in its reference: at any speed, on paths that cross themselves."""
+"""The moment of a live run in its reference: at any speed, on paths that cross themselves."""
 from __future__ import annotations
 
 import math
@@ -30,14 +30,14 @@ def there_and_back(time_s: np.ndarray) -> np.ndarray:
 
 
 def eight(time_s: np.ndarray) -> np.ndarray:
-    """A path that crosses itself, twice."""
+    """A path that crosses itself twice."""
     angle = 4.0 * math.pi * np.clip((time_s - GO_S) / 10.0, 0.0, 1.0)
     rise = np.clip((time_s - GO_S) / 10.0, 0.0, 1.0)
     return np.column_stack((0.3 * np.sin(angle), 0.2 * np.sin(2.0 * angle), 0.05 * rise))
 
 
 def circles(time_s: np.ndarray) -> np.ndarray:
-    """Three times the same circle."""
+    """The same circle three times."""
     angle = 6.0 * math.pi * np.clip((time_s - GO_S) / 10.0, 0.0, 1.0)
     return np.column_stack((0.2 * np.cos(angle), 0.2 * np.sin(angle), np.zeros_like(angle)))
 
@@ -46,7 +46,7 @@ PATHS = (there_and_back, eight, circles)
 
 
 class Live(NamedTuple):
-    """A live run: the true moments of the reference (n,) at its times (n,), and those found."""
+    """Live run: true moments of the reference (n,) at its times (n,), and the estimated ones."""
 
     times_s: np.ndarray
     true_s: np.ndarray
@@ -54,7 +54,7 @@ class Live(NamedTuple):
 
     @property
     def errors_s(self) -> np.ndarray:
-        """While the robot moves and the moment is known."""
+        """The errors while the robot moves and the moment is known."""
         moves = (self.true_s > GO_S + 0.3) & (self.true_s < STOP_S - 0.3)
         found = np.abs(self.found_s - self.true_s)[moves]
         return np.asarray(found[np.isfinite(found)])
@@ -71,7 +71,7 @@ def alignment_of(path: Path, events: bool = True) -> LiveAlignment:
 def follow(alignment: LiveAlignment, path: Path, speed: float = 1.0, begin_s: float = 0.0,
            pauses: Sequence[Tuple[float, float]] = (), noise_m: float = 0.0, now_s: float = 100.0,
            events: Optional[Dict[str, Sequence[float]]] = None) -> Live:
-    """Let a run go on from a moment of the reference to its end."""
+    """Let a run continue from a moment of the reference to its end."""
     length_s = (DURATION_S - begin_s) / speed + sum(pause_s for _, pause_s in pauses)
     times_s = np.arange(0.0, length_s, 1.0 / RATE_HZ)
     true_s = begin_s + speed * times_s
@@ -127,7 +127,7 @@ def test_a_pause_counts_as_behind() -> None:
 
 @pytest.mark.parametrize('is_first', [True, False])
 def test_an_event_that_is_noticed_after_a_gap_does_not_tell_the_delay(is_first: bool) -> None:
-    """The run went on while all data was missing: it is not ahead of the reference."""
+    """The run continued while all data were missing: it is not ahead of the reference."""
     alignment = alignment_of(there_and_back)
     times_s = np.arange(-2.0, 6.0, 1.0 / RATE_HZ)
     for time_s, place in zip(times_s, there_and_back(GO_S + times_s)):
@@ -177,7 +177,7 @@ def test_the_next_run_follows_the_last_one() -> None:
 
 
 def test_an_event_of_the_reference_tells_two_circles_apart() -> None:
-    """The circle is passed three times; who comes in the midst cannot know which one it is."""
+    """The circle is passed three times; from its middle, it is not known which one it is."""
     half = {'half': (7.0,)}
     alignment = LiveAlignment(reference(circles), half)
     live = follow(alignment, circles, begin_s=6.0, events=half)
@@ -215,7 +215,7 @@ def test_a_reference_with_gaps_and_one_without_any_place() -> None:
 
 
 def test_a_run_that_was_found_without_its_events_is_over_at_its_end() -> None:
-    """A comparison that begins within a run sees neither of its events."""
+    """A comparison that begins within a run receives neither of its events."""
     live = follow(alignment_of(there_and_back), there_and_back, begin_s=6.0, events={},
                   pauses=[(DURATION_S - 0.02, 5.0)])
     known = np.isfinite(live.found_s)
@@ -278,7 +278,7 @@ def test_what_is_older_than_is_kept_is_forgotten() -> None:
 
 @pytest.mark.parametrize('late_s', [0.35, 0.75, 1.5])
 def test_a_begin_that_comes_late_moves_no_tool(late_s: float) -> None:
-    """A late feed was in range live, as its run was taken to begin with it, and *0.4 s ahead*."""
+    """A late feed was in range live, as its run was assumed to begin with it, and *0.4 s ahead*."""
     alignment = alignment_of(eight)
     live = follow(alignment, eight, events={'go': (GO_S + late_s,)}, begin_s=0.5)
     assert live.errors_s.max() < 0.15

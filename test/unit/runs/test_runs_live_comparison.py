@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What of a running cell is out of the band now, and since when."""
+"""Signals of a running cell that are out of the band, and since when."""
 from __future__ import annotations
 
 from typing import List, Optional, Tuple
@@ -24,7 +24,7 @@ KEY = ('robot', 'tool force')
 FORCE = Signal(*KEY, 'N', SignalKind.FORCE)
 EPOCH_S = 1_700_000_000.0
 START_S = 2.0
-"""When the process of a made run begins."""
+"""Time at which the process of a synthetic run begins."""
 
 
 @pytest.fixture(scope='module')
@@ -35,9 +35,9 @@ def learned() -> LiveComparison:
 
 def window(now_s: float, extra_n: float = 0.0, from_s: float = np.inf, until_s: float = np.inf,
            seed: int = 99, late_s: float = 0.0) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, forces and moments of the reference of a run that has come to a moment of it [s].
+    """Times, forces and reference moments of a run up to a moment of the reference [s].
 
-    The phase is found too late by ``late_s``; beyond ``from_s`` there is more force.
+    The phase is found ``late_s`` too late; from ``from_s`` on, the force is greater.
     """
     reference_s = np.arange(0.0, now_s, 1.0 / RATE_HZ)
     values = 10.0 * progress(reference_s - START_S)
@@ -146,7 +146,7 @@ def test_a_departure_that_swings_back_for_a_moment_is_one(learned: LiveCompariso
 
 
 def test_a_gap_does_not_make_a_departure_last(learned: LiveComparison) -> None:
-    """It began just before a gap, and seemed to last until its end."""
+    """It began just before a gap, and seemed to last until the end of the gap."""
     times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)
     values[(reference_s > 6.2) & (reference_s < 7.82)] = np.nan
     found = learned.departures(times_s, {KEY: values}, reference_s)
@@ -171,7 +171,7 @@ def test_a_sparse_channel_is_judged_too(learned: LiveComparison) -> None:
 
 
 def test_means_that_lack_values_are_not_judged(learned: LiveComparison) -> None:
-    """A busy computer loses messages: of a force that swings, only crests may be left."""
+    """A busy computer loses messages: of an oscillating force, only peaks may be left."""
     times_s, values, reference_s = window(8.0)
     swing = np.sin(2.0 * np.pi * 10.0 * reference_s)
     values += 3.0 * swing
@@ -192,7 +192,7 @@ def test_how_long_values_were_missing_is_counted_once(learned: LiveComparison) -
         counted_s += sum(learned.unjudged_s(times_s[shown], {KEY: values[shown]},
                                             reference_s[shown], since_s).values())
         since_s = learned.judged_until_s(times_s[shown], reference_s[shown])
-    assert counted_s == pytest.approx(2.65, abs=0.1)  # with what is beside the gap
+    assert counted_s == pytest.approx(2.65, abs=0.1)  # including the values next to the gap
     assert not learned.unjudged_s(times_s, {}, reference_s, EPOCH_S), 'it has no live curve'
     whole_s = learned.unjudged_s(times_s, {}, reference_s, EPOCH_S, [KEY])
     assert whole_s[FORCE.name] == pytest.approx(8.5, abs=0.1)

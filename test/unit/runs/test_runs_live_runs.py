@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Each run of a cell that is followed live leaves a row with its verdict."""
+"""Each run of a cell that is followed live adds a row with its verdict."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ FORCE = Signal('arm', 'tool force', 'N', SignalKind.FORCE)
 
 
 class Following:
-    """A cell that is followed: ten moments a second."""
+    """Cell that is followed: ten moments per second."""
 
     def __init__(self) -> None:
         self.runs, self.now_s = LiveRuns('a.bag#1', LENGTH_S), 0.0
@@ -29,7 +29,7 @@ class Following:
 
     def pass_(self, seconds: float, from_s: Optional[float], beyond: float = 0.0,
               is_judged: bool = True) -> None:
-        """Let time pass; ``from_s`` is the moment of the reference at first, None: in no run."""
+        """Let time pass; ``from_s`` is the first moment of the reference, None: in no run."""
         for tenth in range(round(10 * seconds)):
             reference_s = None if from_s is None else from_s + 0.1 * tenth
             found = self.runs.at(NOON_S + self.now_s, reference_s)
@@ -87,7 +87,7 @@ def test_a_run_that_is_broken_off(following: Following) -> None:
 
 
 def test_a_run_that_is_no_longer_watched_is_not_called_broken_off(following: Following) -> None:
-    """*Apply* and *Quit all nodes* end the comparison; the process goes on."""
+    """*Apply* and *Quit all nodes* end the comparison; the process continues."""
     following.pass_(4.1, 0.0, beyond=3.0)
     ended = following.runs.end(is_watched=False)
     assert ended is not None and ended.verdict.endswith(', not compared after 0:04.00')
@@ -218,7 +218,7 @@ def test_what_was_out_of_range_is_told_with_where_the_values_ended() -> None:
 
 def test_robots_that_stand_where_the_reference_passes_by_are_in_no_run(
         following: Following) -> None:
-    """While a simulator was restarted in mid run, they stood in the middle for five seconds."""
+    """While a simulator was restarted in mid-run, they stopped in the middle for five seconds."""
     for _ in range(50):
         following.pass_(0.1, 4.0, beyond=3.0)
     following.pass_(3.0, None)

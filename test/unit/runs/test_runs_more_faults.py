@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sensors that are stuck, vibration, and what holds for any run."""
+"""Stuck sensors, vibration, and properties of any run."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Optional, Sequence
@@ -34,7 +34,7 @@ EVENTS = st.lists(st.tuples(st.sampled_from(['go', 'back', 'mark']), st.floats(0
 
 def test_a_stuck_sensor_is_told_when_it_sticks() -> None:
     def stuck(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        held = (process_s > 5.2) & (process_s < 6.2)  # the value is even there
+        held = (process_s > 5.2) & (process_s < 6.2)  # the value is constant there
         return np.where(held, values[np.flatnonzero(held)[0]], values)
 
     found = GOOD.compare(made_run(9, value=stuck))
@@ -55,7 +55,7 @@ def test_a_stuck_sensor_explains_why_its_value_is_wrong_later() -> None:
 
 
 def test_a_value_that_changes_late_is_not_stuck() -> None:
-    """Good runs stay the same just as long before: it was dated where all of them began to."""
+    """Good runs are just as constant long before; the onset was dated to where all became so."""
     def made(seed: int, late_s: float) -> Run:
         run = made_run(seed)
         times_s, values = run.channels[0].times_s, np.zeros(len(run.channels[0].times_s))
@@ -237,7 +237,7 @@ def test_leaving_out_data_never_hides_that_a_run_was_out_of_range(fault: str, co
        tolerance=st.one_of(st.none(), st.floats(0.01, 5.0)))
 def test_no_good_run_widens_a_band_beyond_three_times_what_one_of_them_did(
         levels: Sequence[float], tolerance: Optional[float]) -> None:
-    """Also one that is added; of one and two runs the tolerance counts."""
+    """Also an added one; with one or two runs the tolerance counts."""
     signal = Signal('robot', 'force', 'N', SignalKind.FORCE, tolerance)
     values = np.array(levels)
     learner = BandLearner([{signal: np.full(50, it)} for it in levels], most_left_out=0)
@@ -249,10 +249,10 @@ def test_no_good_run_widens_a_band_beyond_three_times_what_one_of_them_did(
 
 
 def with_current(run: Run, first_s: float, size: Callable[[float], float] = lambda _: 1.0) -> Run:
-    """Return a run with a current that is sent once a second, first at ``first_s``.
+    """Return a run with a current that is sent once per second, first at ``first_s``.
 
-    It flows from 2 s to 8 s after the begin of the process, which is 2 s after that of the run.
-    ``size`` multiplies it at times of the process.
+    It flows from 2 s to 8 s after the beginning of the process, which is 2 s after that of the run.
+    ``size`` is a factor that depends on the process time.
     """
     times_s = np.arange(first_s, run.duration_s, 1.0)
     flows = [2.0 * size(it) if 2.0 < it < 8.0 else 0.0 for it in (times_s - 2.0).tolist()]
@@ -274,7 +274,7 @@ def test_edges_of_what_is_sent_once_a_second_do_not_hide_another_value() -> None
 
 
 def test_what_is_sent_once_a_second_is_not_the_cause_of_what_began_within_it() -> None:
-    """It lies on a straight line to the first wrong value, nearly a second earlier."""
+    """It is on a straight line to the first wrong value, nearly a second earlier."""
     good = GoodRuns(with_current(made_run(0), 0.05), [
         with_current(made_run(row), 0.05 + 0.2 * row) for row in range(1, 5)])
     wrong = made_run(7, value=lambda process_s, values: values + 2.0 * (process_s > 4.98))

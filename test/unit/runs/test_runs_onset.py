@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When something began, and what it is not: seldom values, steep paths, waits, smoother noise."""
+"""Onsets of departures, and false ones: rare values, steep paths, waits, smoother noise."""
 from __future__ import annotations
 
 from typing import Sequence
@@ -26,7 +26,7 @@ TIMES_S = np.arange(0.0, 12.0, 0.02)
 
 
 def with_current(run: Run, first_s: float, wrong_from_s: float = np.inf) -> Run:
-    """Return a run with a current that is sent once a second and is 40 % higher from a time on."""
+    """Return a run with a current that is sent once per second and is 40 % higher from a time."""
     times_s = np.arange(first_s, run.duration_s, 1.0)
     flows = np.where((times_s > 4.0) & (times_s < 10.0), 2.0, 0.5)
     noise = np.random.default_rng(int(1000 * first_s)).normal(0.0, 0.01, len(times_s))
@@ -51,7 +51,7 @@ def test_what_is_sent_once_a_second_began_between_two_values(begin_s: float) -> 
 
 
 def lifting(seed: int, late_s: float = 0.0) -> Run:
-    """Return a run whose tool only goes up and down, and goes down late after a wait."""
+    """Return a run whose tool only moves up and down, and moves down late after a wait."""
     run = made_run(seed, events=(('waits', 5.2), ('goes on', 5.8)))
     times_s = run.motions[0].times_s
     up = run.motions[0].positions[:, 0]
@@ -97,7 +97,7 @@ def test_a_mean_began_no_longer_ago_than_its_window() -> None:
 
 
 def test_an_onset_is_as_uncertain_as_is_said() -> None:
-    """Smoothed noise has few independent values: nearly always, it began within what is said."""
+    """Smoothed noise has few independent values: the onset is nearly always in the stated range."""
     known = []
     for seed in range(60):
         random = np.random.default_rng(seed)
@@ -129,7 +129,7 @@ def test_a_value_that_drops_just_after_an_edge_was_usual_at_the_edge() -> None:
 
 
 def test_a_jump_that_the_level_does_not_explain_began_there() -> None:
-    """The level crosses zero, where shares of it are unknown; the value had wandered before."""
+    """The level crosses zero, where its relative value is unknown; the value had drifted before."""
     level = 8.0 * np.sin(0.9 * TIMES_S)
     deviation = np.where((TIMES_S > 3.0) & (TIMES_S < 3.7), 0.9, 0.0)
     deviation += np.where(TIMES_S > 8.0, 0.75 + 0.3 * (TIMES_S - 8.0), 0.0)

@@ -51,7 +51,7 @@ def test_cycles_for_programs(bag: Bag, capsys: pytest.CaptureFixture[str]) -> No
 
 def test_a_run_of_a_damaged_recording_says_so(
         bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
-    """Its index points at what is no message."""
+    """Its index points at bytes that are not a message."""
     good, path = bag('good.bag'), Path(bag())
     data = path.read_bytes()
     at = data.rindex(b'op=' + bytes([OP_MESSAGE]))
@@ -93,7 +93,7 @@ def test_a_good_run_without_data_in_places_is_not_called_all_good(
 
 
 def test_a_recording_in_parts_is_one(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
-    """The second cycle lies in both parts; the third bag is another recording."""
+    """The second cycle is in both parts; the third bag is another recording."""
     parts = [bag('a_0.bag', part_of_s=(0.0, 15.0)), bag('a_1.bag', part_of_s=(15.0, 24.0)),
              bag('a_2.bag', part_of_s=(2.0, 10.0))]
     for words in (parts[:1], parts[:2]):
@@ -139,7 +139,7 @@ def write_joints_only_cell(folder: Path) -> str:
 
 
 def write_turn(path: Path, start_s: float, pace: float, bent_rad: float = 0.0) -> str:
-    """Write joint states of a motion; joint b is bent off its path for a while."""
+    """Write joint states of a motion; joint b leaves its path for a while."""
     with rosbag.Bag(str(path), 'w') as bag:
         for row in range(1100):
             now_s = row / 100
@@ -168,7 +168,7 @@ def test_a_driver_of_joints_only_may_begin_later_or_be_slower(
 
 def test_a_tool_beside_its_path_is_told_though_the_driver_sends_joints_only(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One joint is 0.1 rad off, which is 40 mm at the tool."""
+    """One joint is off by 0.1 rad, which is 40 mm at the tool."""
     config = write_joints_only_cell(tmp_path)
     assert main(['compare', write_turn(tmp_path / 'other.bag', 1.0, 1.0, bent_rad=0.1),
                  '--reference', write_turn(tmp_path / 'good.bag', 1.0, 1.0), '--config',
@@ -214,7 +214,7 @@ def test_joints_that_come_one_by_one_give_tool_and_ghost(tmp_path: Path) -> None
 
 
 def test_what_has_a_stamp_was_measured_then(tmp_path: Path) -> None:
-    """A hold-up on the way delays messages and changes no time of a joint or force."""
+    """A delay on the way affects messages, but no time of a joint or force."""
     (tmp_path / 'arm.urdf').write_text(ARM)
     (tmp_path / 'cell.xml').write_text(
         '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
@@ -258,7 +258,7 @@ duration time_from_start
 
 def test_joints_that_lag_and_torques_are_judged_without_being_configured(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The torque is greater since 3 s, joint b lags since 5 s; tool and joints move as usual."""
+    """The torque is greater from 3 s on, joint b lags from 5 s on; tool and joints move as ever."""
     (tmp_path / 'arm.urdf').write_text(ARM)
     (tmp_path / 'cell.xml').write_text(
         '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A part of the process that only one run has, and ways to another place."""
+"""A part of the process that only one run has, and paths to another position."""
 from __future__ import annotations
 
 from typing import Sequence, Tuple
@@ -12,7 +12,7 @@ from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent, ToolMotion
 
 Step = Tuple[int, float, Tuple[float, float, float]]
-"""State, how long it takes [s], and where the tool goes meanwhile."""
+"""Step of a process: state, duration [s], and the tool's target."""
 HOME, ABOVE, LEFT, RIGHT = (0.5, 0.0, 0.5), (0.6, -0.2, 0.4), (0.6, -0.2, 0.3), (0.6, 0.2, 0.3)
 WORK: Sequence[Step] = ((10, 1.0, HOME), (20, 1.5, ABOVE), (30, 1.0, LEFT), (40, 3.0, RIGHT),
                         (50, 2.0, ABOVE), (60, 1.5, HOME), (70, 1.0, HOME))
@@ -51,11 +51,11 @@ def test_a_step_that_comes_once_more_is_dated_to_where_it_begins(has_states: boo
     assert lost.in_all_s == pytest.approx(6.0, abs=0.2)
     beside = [it for it in found.departures if it.signal.label.startswith('tool')
               and it.signal.label != 'tool force']
-    assert not has_states or not beside  # by motion alone, moments are known less well
+    assert not has_states or not beside  # by motion alone, moments are less exact
 
 
 def test_a_state_that_is_interrupted_goes_on_behind_it() -> None:
-    """The strokes share a state, so its order alone does not tell where the extra ones end."""
+    """The strokes share a state, so its order alone does not show where the extra ones end."""
     strokes: Sequence[Step] = ((30, 1.0, LEFT), (40, 3.0, RIGHT), (40, 2.5, LEFT), (40, 3.0, RIGHT))
     usual = [*WORK[:2], *strokes, *WORK[4:]]
     again = [*WORK[:2], *strokes[:2], *strokes, *WORK[4:]]
@@ -163,7 +163,7 @@ def test_signals_have_the_order_of_the_devices_in_every_process() -> None:
 
 @pytest.mark.parametrize('late_s', [-0.06, 0.06])
 def test_messages_of_states_that_are_late_are_no_other_place(late_s: float) -> None:
-    """The messages alone tell when the tool is on its way to a place that no good run knows."""
+    """Only the messages show when the tool moves to a position that no good run has."""
     good = GoodRuns(to_place(0.0, 0.0), [
         to_place(float(number % 2), 0.1 * (number % 2), 1.0 + 0.004 * number)
         for number in range(1, 9)])

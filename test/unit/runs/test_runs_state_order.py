@@ -16,7 +16,7 @@ def test_a_state_is_called_by_its_name() -> None:
 
 
 def test_what_came_before_the_first_message_is_not_missing() -> None:
-    """In the first run of a recording nothing says which state held at its begin."""
+    """In the first run of a recording the state at its beginning is unknown."""
     order = StateOrder([GOOD] * 5, {})
     assert order.fault(States((40.0, 50.0), (2.0, 4.0)), 6.0) is None
 
@@ -34,7 +34,7 @@ def test_a_number_that_is_another_one_in_each_run_is_not_judged() -> None:
 @pytest.mark.parametrize('good, bad, is_told', [(8, 2, True), (6, 2, False), (16, 4, False)])
 def test_two_of_ten_good_runs_with_another_order_are_none(good: int, bad: int,
                                                           is_told: bool) -> None:
-    """More that agree are a variant of the process."""
+    """More runs that agree are a variant of the process."""
     wrong = States((10.0, 99.0, 50.0), (0.0, 2.0, 4.0))
     order = StateOrder([*[GOOD] * good, *[wrong] * bad], {})
     assert order.outstanding() == ({row: '99 instead of 40' for row in range(good, good + bad)}

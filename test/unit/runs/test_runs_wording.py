@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a signal was out of range, in words."""
+"""Texts about signals out of range."""
 from __future__ import annotations
 
 from types import SimpleNamespace

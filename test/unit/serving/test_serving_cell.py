@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a live page says of a running cell: alarms and their times, recording, verdict, trouble."""
+"""A live page on a running cell: alarms and their times, recording, verdict, problems."""
 from __future__ import annotations
 
 import json
@@ -46,7 +46,7 @@ VERDICT = {'text': 'Run in range (reference at 0:02.00)', 'state': 'good', 'refe
 
 
 class Stage:
-    """A cell without nodes, and a clock."""
+    """Cell without nodes, and a clock."""
 
     def __init__(self, folder: Path, text: str = CELL) -> None:
         path = folder / 'cell.xml'
@@ -61,7 +61,7 @@ class Stage:
             self.live.tick(BEGIN_S + self.now_s, self.now_s)
 
     def see(self, objects: DetectedObjects) -> None:
-        """The sensor sends what it sees, and 0.2 s pass."""
+        """Send a sensor message, and let 0.2 s pass."""
         self.live.take_objects('kinect', objects, BEGIN_S + self.now_s, self.now_s)
         self.pass_time(0.2)
 
@@ -237,7 +237,7 @@ def test_curves_come_with_their_marks_and_labels_as_they_are(stage: Stage) -> No
     assert number == 1
     assert isinstance(data, bytes)
     stage.pass_time(2.0)
-    assert stage.live.feed.newest(Slot.LANES)[0] == 1  # nothing new has come
+    assert stage.live.feed.newest(Slot.LANES)[0] == 1  # nothing new has arrived
 
 
 def test_frames_rise_and_have_the_layout_that_was_sent_before(stage: Stage) -> None:
@@ -291,7 +291,7 @@ def test_unmodeled_objects_are_sent_when_they_change(sensing: Stage) -> None:
 
     for _ in range(5):
         sensing.see(detected(0.2, DetectedObject.WARN))
-    assert sensing.live.feed.newest(Slot.OBJECTS)[0] == 1  # the same again
+    assert sensing.live.feed.newest(Slot.OBJECTS)[0] == 1  # no change
     entry, = sent()['objects']
     assert (entry['at'], entry['size']) == ([0.5, 0, 0, 0, 0, 0, 1], [0.3, 0.2, 0.1])
     assert (entry['text'], entry['line']) == (
@@ -300,7 +300,7 @@ def test_unmodeled_objects_are_sent_when_they_change(sensing: Stage) -> None:
     assert sent()['objects'][0]['color'] == [1.0, 0.15, 0.1]
     sensing.see(DetectedObjects(objects=[]))
     sensing.see(detected(0.1, DetectedObject.STOP, frame='nowhere'))
-    sensing.pass_time(1.0)  # the sensor sends nothing any more
+    sensing.pass_time(1.0)  # the sensor is silent from now on
     assert sent()['objects'] == []
 
 
@@ -326,13 +326,13 @@ def test_a_sensor_that_does_not_see_is_an_alarm(sensing: Stage, is_played: bool)
 
 
 def no_number(name: str) -> None:
-    """A browser does not take it as JSON."""
+    """Refuse constants that a browser does not accept as JSON."""
     pytest.fail(f'{name} is no JSON')
 
 
 @pytest.mark.parametrize('number', [math.nan, math.inf, -1e308, 1e200, 1e39])
 def test_a_number_that_no_page_can_show_does_not_stop_the_page(stage: Stage, number: float) -> None:
-    """A node that sends it, by mistake or not, is not a reason to show nothing of the cell."""
+    """A node that sends one, by mistake or not, must not hide the rest of the cell."""
     def transform(parent: str, child: str) -> TransformStamped:
         it = TransformStamped()
         it.header.frame_id, it.child_frame_id = parent, child

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The node of a live page and its master: it registers wholly again after a restart."""
+"""The node of a live page and its master: it registers completely again after a restart."""
 from __future__ import annotations
 
 from typing import Any, Iterator, List, Set, Tuple, cast
@@ -13,14 +13,14 @@ from process_visualizer.serving.live_cell import LiveCell
 
 
 class Master:
-    """Loses all nodes when it is restarted; answers some questions only."""
+    """Master that loses all nodes when it is restarted; answers some requests only."""
 
     def __init__(self) -> None:
         self.topics: Set[str] = set()
         self.answers, self.is_one = 1000, True
 
     def __call__(self, *_arguments: Any, **_values: Any) -> 'Master':
-        """Stand for the classes of what asks it."""
+        """Stand in for the classes that ask the master."""
         return self
 
     def __enter__(self) -> 'Master':
@@ -55,7 +55,7 @@ class Master:
 
 
 class Subscriber:
-    """Stands for rospy's."""
+    """Stand-in for rospy's class."""
 
     type = 'a/B'
 

@@ -15,7 +15,7 @@ SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 @pytest.fixture(autouse=True)
 def restored() -> Iterator[None]:
-    """The handlers of the tests."""
+    """Restores the signal handlers of the tests."""
     before = {it: signal.getsignal(it) for it in SIGNALS}
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield

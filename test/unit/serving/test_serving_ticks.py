@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page goes on while the computer's clock is set."""
+"""The page keeps running while the computer's clock is set."""
 from __future__ import annotations
 
 import time

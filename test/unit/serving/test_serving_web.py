@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The web server of a live page: who is let in, what is refused, and that nobody slows others."""
+"""The web server of a live page: access, refusals, and independence of the viewers."""
 from __future__ import annotations
 
 import asyncio
@@ -23,7 +23,7 @@ TOKEN = 'aVeryLongToken'
 
 
 class Site:
-    """A server with a small page, on a free port of this computer."""
+    """Server with a small page, on a free port of this computer."""
 
     def __init__(self, token: str = '', context: Optional[ssl.SSLContext] = None) -> None:
         self.feed = LiveFeed()
@@ -45,7 +45,7 @@ class Site:
                 'Origin': f'http://127.0.0.1:{self.port}', **headers}))
 
     async def until(self, condition: Callable[[], bool]) -> None:
-        """Wait until something is so, asking after whatever else there is to do."""
+        """Wait until a condition holds; other tasks run in the meantime."""
         async def ask() -> None:
             while not condition():
                 await asyncio.sleep(0)
@@ -199,7 +199,7 @@ def test_nothing_can_be_sent_to_it(method: str, code: int) -> None:
 
 @pytest.mark.parametrize('asked', [b'recent?after=%ff&before=1', b'live?clouds=%ff'])
 def test_no_request_is_logged(asked: bytes, caplog: pytest.LogCaptureFixture) -> None:
-    """It has the token, and could command the terminal."""
+    """It contains the token, and could send commands to the terminal."""
     async def test() -> None:
         site = Site(TOKEN)
         host = b'127.0.0.1:%d' % site.port
