@@ -3,7 +3,7 @@
 
 usage: python3 bench/alarm_lines.py CONFIG    (in the environment of the workspace, with a screen)
 
-Programs of bench/ read its lines. It ends, with all that it has launched, when its input ends.
+Programs of bench/ read its lines. At the end of its input, it ends everything it has launched.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from process_visualizer.gui.app.main import make_application
 
 
 def main() -> None:
-    """Launch, and tell until the input ends."""
+    """Launch, and print events until the input ends."""
     os.environ['XDG_CONFIG_HOME'] = os.environ['ROS_HOME']
     app = make_application()
     launcher = Launcher(app)

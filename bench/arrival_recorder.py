@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the benchmarks' subscriber in C++ (arrivals.cpp), which notes when messages arrive."""
+"""Runs the benchmarks' C++ subscriber (arrivals.cpp), which records when messages arrive."""
 from __future__ import annotations
 
 import os
@@ -15,7 +15,7 @@ _END_TIMEOUT_S = 60.0
 
 
 class Answer(NamedTuple):
-    """When a service was called and when it answered (``time.monotonic_ns``), and its answer."""
+    """Times of a service call and of its answer (``time.monotonic_ns``), and the answer."""
 
     request_ns: int
     answer_ns: int
@@ -24,7 +24,7 @@ class Answer(NamedTuple):
 
 
 class ArrivalRecorder:
-    """Subscribes to topics from its beginning to its end; a context manager."""
+    """Subscribes to topics from beginning to end; a context manager."""
 
     def __init__(self, topics: Sequence[str], path: str) -> None:
         self._path = path
@@ -42,7 +42,7 @@ class ArrivalRecorder:
             self._process.wait()
 
     def connected(self) -> int:
-        """How many of the topics have a publisher."""
+        """Return the number of topics that have a publisher."""
         return int(self._ask('connected'))
 
     def call(self, command: str) -> Answer:
@@ -51,7 +51,7 @@ class ArrivalRecorder:
         return Answer(int(request_ns), int(answer_ns), success == '1', message)
 
     def finish(self) -> np.ndarray:
-        """Wait until no more messages come; return all arrivals.
+        """Wait until no more messages arrive; return all arrivals.
 
         They are records of ``time_ns`` (``time.monotonic_ns``), the number of the ``topic``, the
         ``size`` in bytes, and the first 64 bytes as ``front``.
@@ -76,12 +76,12 @@ class ArrivalRecorder:
 
 
 def build_recorder() -> None:
-    """Build the subscriber in the workspace whose environment this is."""
+    """Build the subscriber in the workspace of this environment."""
     build_program('bench_arrivals')
 
 
 def build_program(name: str) -> None:
-    """Build a program of the benchmarks there."""
+    """Build a benchmark program in that workspace."""
     command = ['cmake', '--build', os.path.join(_devel(), '..', 'build'), '--target', name]
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                             check=False)
@@ -94,5 +94,5 @@ def _program() -> str:
 
 
 def _devel() -> str:
-    """The devel space of the workspace, which is first in the environment."""
+    """Return the devel space of the workspace, which is first in the environment."""
     return os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes when messages arrive, and calls the player's services.
+// Records when messages arrive, and calls the player's services.
 //
 // usage: bench_arrivals FILE TOPIC...
 //
@@ -9,9 +9,9 @@
 //                             calls the service of /bag_player and prints the times of the request
 //                             and of the answer [ns, monotonic clock], 1 or 0 for success, and the
 //                             message
-// At the end of its input it waits until no message comes any more and writes all arrivals to the
-// file, as records of the struct Arrival. Where that is allowed it has real-time priority, so that
-// it measures the players and not its own wait for a processor.
+// At the end of its input, it waits until no more messages arrive and writes all arrivals to the
+// file, as records of the struct Arrival. It uses real-time priority if permitted, so that it
+// measures the players and not its own wait for a processor.
 #include <process_visualizer/Seek.h>
 #include <process_visualizer/SetRate.h>
 #include <ros/ros.h>
@@ -148,7 +148,7 @@ class Arrivals {
   std::vector<ros::Subscriber> subscribers_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Arrival> arrivals_;  // grows without moving what it holds
+  std::deque<Arrival> arrivals_;  // grows without moving its elements
 };
 
 // Calls the player's services over connections that stay open, as a window with buttons would.
@@ -215,7 +215,7 @@ void obey(std::istream& input, Arrivals& arrivals, ros::NodeHandle& node) {
   }
 }
 
-// For this thread and all that it starts.
+// For this thread and all threads and processes that it starts.
 void take_real_time_priority() {
   sched_param parameters{};
   parameters.sched_priority = sched_get_priority_min(SCHED_RR);
@@ -228,7 +228,7 @@ void take_real_time_priority() {
 
 int main(int argc, char** argv) {
   take_real_time_priority();
-  // The end of the input ends the program: what has arrived must still be written.
+  // The end of the input ends the program: the arrivals must still be written.
   ros::init(argc, argv, "bench_arrivals",
             ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
   if (argc < 3) {

@@ -6,8 +6,8 @@ usage: bench/run arrow_direction [--seconds 20]
 Robots like a UR5e and a Panda, with and without hand, move on a known path while their last joint
 turns at 1 rad/s; their drivers report the tool by several conventions. Direction and foot of the
 arrow are computed as RViz would draw them 60 times a second. Angles are measured from the motion at
-the time of the velocity; in brackets, from the motion at the moment of drawing, which includes the
-delay of the velocity.
+the time of the velocity; those in brackets are from the motion at the moment of drawing, which
+includes the delay of the velocity.
 """
 from __future__ import annotations
 

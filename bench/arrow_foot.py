@@ -3,12 +3,12 @@
 
 usage: bench/run arrow_foot [--pictures 60] [--speed 0.5] [--keep FOLDER]
 
-The upper robot moves its tool along a circle; its driver sends 125 times a second. Of its model
-only a ball is drawn, with its center at the tool, seen from above. A constant force gives an arrow
+The upper robot moves its tool along a circle; its driver sends 125 times a second. Only a ball of
+its model is drawn, with its center at the tool, seen from above. A constant force gives an arrow
 of constant length and direction, so the distance from the ball's center to the arrow's tip is the
-same in every picture, unless the arrow's foot and the tool are drawn at different places. Beside
+same in every picture, unless the arrow's foot and the tool are drawn at different positions. Beside
 it is an arrow as in the thesis: at the driver's last tool position in the base frame, not locked
-to a frame. The places of the tips at rest, and their scatter, are measured first.
+to a frame. The positions of the tips at rest, and their scatter, are measured first.
 """
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ _VIEW = {'Class': 'rviz/TopDownOrtho', 'Name': 'Current View', 'Near Clip Distan
 
 
 class Driver:
-    """The robot's driver, and the thesis' way of drawing; at a speed that can be changed."""
+    """The robot's driver and the thesis' way of drawing, at a speed that can be changed."""
 
     def __init__(self) -> None:
         self.speed_m_per_s = 0.0
@@ -132,7 +132,7 @@ def main() -> int:
             return 1
         standing = _pictures(_STANDING)
         driver.speed_m_per_s = options.speed
-        time.sleep(1.0)  # the circle is left at no moment, but the speed has a step
+        time.sleep(1.0)  # the tool never leaves the circle, but its speed has a step
         feet = Feet()
         moving = _pictures(options.pictures)
     if options.keep:
@@ -192,7 +192,7 @@ def _look_from_above(path: Path) -> None:
 
 
 def _pictures(count: int) -> Dict[str, np.ndarray]:
-    """The tips of the arrows (count, 2) [pixels] from the ball, by their names."""
+    """Return the tips of the arrows (count, 2) [pixels] relative to the ball, by name."""
     found = [tips_from_ball(take_picture(_WINDOW)) for _ in range(count)]
     return {name: np.array([tips[name] for tips in found]) for name in (LOCKED, UNLOCKED)}
 

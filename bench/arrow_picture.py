@@ -8,9 +8,9 @@ from typing import Dict, NamedTuple, Tuple
 import numpy as np
 
 BALL, LOCKED, UNLOCKED = 'ball', 'locked', 'unlocked'
-_LIT, _DARK = 110, 70  # what a channel has at least where it is on, and at most where it is off
+_LIT, _DARK = 110, 70  # minimum of a channel that is on, and maximum of one that is off
 _ON = {BALL: (True, False, True), LOCKED: (True, False, False), UNLOCKED: (False, False, True)}
-_SIGN = {LOCKED: 1, UNLOCKED: -1}  # to which side of the picture it points
+_SIGN = {LOCKED: 1, UNLOCKED: -1}  # the side of the picture to which it points
 _MIN_PIXELS = 50
 _TIP_PIXELS = 3
 
@@ -33,7 +33,7 @@ def take_picture(window: Window) -> np.ndarray:
 
 
 def tips_from_ball(picture: np.ndarray) -> Dict[str, np.ndarray]:
-    """Return the tip (2,) [pixels] of each arrow as seen from the ball's center.
+    """Return the tip (2,) [pixels] of each arrow relative to the ball's center.
 
     Raises:
         ValueError: the ball or an arrow is not in the picture.
@@ -43,7 +43,7 @@ def tips_from_ball(picture: np.ndarray) -> Dict[str, np.ndarray]:
 
 
 def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
-    """Places (n, 2) x y of the pixels of a color."""
+    """Return the positions (n, 2) x y of the pixels of a color."""
     mask = np.ones(picture.shape[:2], bool)
     for channel, on in enumerate(_ON[name]):
         mask &= picture[..., channel] > _LIT if on else picture[..., channel] < _DARK
@@ -54,15 +54,15 @@ def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
 
 
 def _tip(places: np.ndarray, sign: int) -> np.ndarray:
-    """The tip of an arrow that points along a row of pixels.
+    """Return the tip of an arrow that points along a row of pixels.
 
-    Along the arrow it is at the last pixels, across it in the middle of all.
+    Along the arrow, the tip is at the last pixels; across it, in the middle of all pixels.
     """
     reach = np.sort(sign * places[:, 0])[-_TIP_PIXELS:].mean()
     return np.array([sign * reach, places[:, 1].mean()])
 
 
 def distances(tips: np.ndarray, standing: np.ndarray) -> Tuple[float, float, float]:
-    """Median, 95th percentile and maximum of the tips' (n, 2) distances from rest."""
+    """Return median, 95th percentile and maximum of the tips' (n, 2) distances from rest."""
     lengths = np.linalg.norm(tips - standing, axis=1)
     return float(np.median(lengths)), float(np.percentile(lengths, 95)), float(lengths.max())

@@ -36,7 +36,7 @@ from process_visualizer.robot.rotations import (
 
 DATA = Path(__file__).resolve().parents[1] / 'test' / 'data'
 RATE_HZ, SCREEN_HZ = 125.0, 60.0
-SLOWEST_M_PER_S = 0.04  # where a tool turns back it has no direction
+SLOWEST_M_PER_S = 0.04  # where a tool reverses, it has no direction
 _SETTLING_S = 1.5
 _TURN_RAD_PER_S = 1.0
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
@@ -65,7 +65,7 @@ MODELS = (
 
 
 class Convention(NamedTuple):
-    """How a driver reports the tool: type, rotation, and distance from the model's frame."""
+    """A driver's report of the tool: type, rotation, and distance from the model's frame."""
 
     title: str
     form: str = 'rotation vector'
@@ -92,13 +92,13 @@ CONVENTIONS = (
 class Result(NamedTuple):
     """The drawing: angles [rad] and distances [m] in all frames of the screen."""
 
-    of_velocity: np.ndarray  # from the motion at the time that the velocity belongs to
-    of_moment: np.ndarray  # from the motion of the moment
-    feet: np.ndarray  # from the tool that is drawn
+    of_velocity: np.ndarray  # from the motion at the time of the velocity
+    of_moment: np.ndarray  # from the motion at the moment of drawing
+    feet: np.ndarray  # distance from the drawn tool
 
 
 class ToolPath(NamedTuple):
-    """The positions of the joints over time, and so of the tool."""
+    """The positions of the joints over time, and thus of the tool."""
 
     model: Model
     kinematics: Kinematics
@@ -172,7 +172,7 @@ class Driver:
 
 
 def report(convention: Convention, tool: Placement, now_s: float) -> Any:
-    """Return the message of a driver with the convention about the tool [m] at a time [s]."""
+    """Return the message of a driver that reports the tool [m] by the convention at a time [s]."""
     if convention.form != 'PoseStamped':
         return Float32MultiArray(
             data=[*tool.position, *_orientation(convention.form, tool)])
@@ -201,7 +201,7 @@ class Screen:
         self._model = model
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
-        self._velocity_s = 0.0  # the time that the last velocity belongs to
+        self._velocity_s = 0.0  # time of the last velocity
         self._arrow: Optional[Marker] = None
         self._arrow_s = 0.0
         self._subscribers = [
@@ -216,7 +216,7 @@ class Screen:
             subscriber.unregister()
 
     def watch(self, path: ToolPath, offset: Placement, duration_s: float) -> Result:
-        """Compare the drawing with the path, without the previous arrow."""
+        """Compare the drawing with the path, ignoring the previous arrow."""
         rows: List[List[float]] = []
         self._arrow = None
         rate, end_s = rospy.Rate(SCREEN_HZ), rospy.get_time() + duration_s
@@ -241,7 +241,7 @@ class Screen:
         return [_angle(direction, then), _angle(direction, now), distance_m]
 
     def _drawn(self, frame: str) -> Placement:
-        """Return where a frame is drawn, in the base frame."""
+        """Return the drawn position of a frame in the base frame."""
         found = self._buffer.lookup_transform(self._model.base, frame, rospy.Time()).transform
         place, turn = found.translation, found.rotation
         return Placement((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
@@ -278,7 +278,7 @@ def measure(model: Model, conventions: Sequence[Convention], duration_s: float, 
 
 
 def wait_for_arrow(screen: Screen) -> None:
-    """Wait until the drawing belongs to the present convention."""
+    """Wait until the drawing shows the current convention."""
     end_s = time.monotonic() + 60.0
     screen._arrow = None
     while screen._arrow is None and time.monotonic() < end_s:

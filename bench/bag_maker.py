@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes bags for benchmarks: every message has its index and a known due time.
 
-The times are an ideal schedule: message k of a topic at k / rate, and 0.1 ms after that of the
-topic before it. Chunks of 768 KB without compression, as `rosbag record` writes them.
+The times are an ideal schedule: message k of a topic is at k / rate, and 0.1 ms after that of the
+topic before it. Chunks have 768 KB without compression, as `rosbag record` writes them.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PHASE_NS = 100_000
 
 
 class BagTopic(NamedTuple):
-    """A topic of a made bag: its rate, its message class, and its messages.
+    """A topic of a generated bag: its rate, its message class, and its messages.
 
     ``content(k, time_ns)`` returns the bytes of message k; ``time_ns`` is the same for all topics
     of that rate, like the stamps of an image and its camera info.
@@ -47,23 +47,23 @@ class MadeBag(NamedTuple):
     length_s: float
 
     def times_ns(self, number: int) -> np.ndarray:
-        """The recording times of all messages of topic ``number``, (n,) int64."""
+        """Return the recording times of all messages of topic ``number``, (n,) int64."""
         count = message_count(self.topics[number], self.length_s)
         return np.arange(count) * 1_000_000_000 // self.topics[number].rate_hz \
             + BEGIN_NS + number * _PHASE_NS
 
 
 def message_count(topic: BagTopic, length_s: float) -> int:
-    """How many messages of a topic are in a bag of this length."""
+    """Return the number of messages of a topic in a bag of this length."""
     return int(length_s * topic.rate_hz)
 
 
 def made_bag(path: Path, topics: Sequence[BagTopic], length_s: float) -> MadeBag:
-    """Return the bag; write it unless the file is there from an earlier run."""
+    """Return the bag; write it unless it exists from an earlier run."""
     if not path.exists():
         print(f'writing {path}', file=sys.stderr)
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Under another name first, so that an interrupted run leaves no half bag.
+        # Written under another name first, so that an interrupted run leaves no half bag.
         unfinished = path.with_suffix('.unfinished')
         if unfinished.exists():
             unfinished.unlink()

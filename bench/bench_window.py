@@ -40,7 +40,7 @@ def pause(seconds: float) -> None:
 
 
 class BenchWindow:
-    """Has a window, RViz and timeline as an operator has; ``close`` ends everything."""
+    """Operates a window, RViz and the timeline as an operator does; ``close`` ends everything."""
 
     def __init__(self) -> None:
         os.environ['XDG_CONFIG_HOME'] = os.environ['ROS_HOME']
@@ -55,13 +55,13 @@ class BenchWindow:
         until(self.window.launch.launch.isEnabled, 60.0)
 
     def click(self, name: str) -> None:
-        """Click a button as soon as that is possible."""
+        """Click a button as soon as it is enabled."""
         button = self.window.findChild(QAbstractButton, name)
         until(button.isEnabled, 60.0)
         button.click()
 
     def launch(self) -> float:
-        """Launch, until every display of RViz is OK; return how long that took [s]."""
+        """Launch, and wait until every display of RViz is OK; return how long that took [s]."""
         displays: List[bool] = []
         connection = self.launcher.link.displays.connect(
             lambda found: displays.append(all(it.level == 0 for it in found)))

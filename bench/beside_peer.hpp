@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Times something beside the peer that others use for it.
+/// Compares the time of something with that of its peer, the usual alternative.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,17 @@ inline double milliseconds(const std::function<void()>& run) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
 
-/// The value below which a part of the times lies.
+/// Returns the value below which a share of the times lies.
 inline double share(std::vector<double> times_ms, double part) {
   const auto place = times_ms.begin() + static_cast<std::ptrdiff_t>(part * (times_ms.size() - 1));
   std::nth_element(times_ms.begin(), place, times_ms.end());
   return *place;
 }
 
-/// Runs both in turns, each some times, so that what else the machine does meets both alike, and
-/// prints the medians.
-/// \param limit so much of the peer's time it may take
-/// \returns whether it does
+/// Runs both in turns, several times each, so that other load on the machine affects both alike,
+/// and prints the medians.
+/// \param limit maximum time as a multiple of the peer's
+/// \returns true if the limit is kept
 inline bool isWithin(double limit, const char* name, const std::function<void()>& run,
                      const char* peer, const std::function<void()>& run_peer, int turns = 10,
                      int times = 10) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A nodelet manager with a camera in it, as a Kinect's driver is in its manager.
+// A nodelet manager that contains a camera, as a Kinect's driver runs in its manager.
 //
 // usage: bench_camera_manager [FRAMES]
 //
-// Publishes registered images of 640x480 and their info on /depth, /color and /camera_info, so many
-// a second (30); nodelets in this process get them without a copy. Each frame is stamped when it is
-// published. The picture: a plane at 2 m with a Kinect's noise, nothing in a tenth of the pixels.
+// Publishes registered images of 640x480 and their info on /depth, /color and /camera_info at
+// FRAMES per second (30); nodelets in this process get them without a copy. Each frame is stamped
+// when it is published. The picture: a plane at 2 m with a Kinect's noise, and no depth in a tenth
+// of the pixels.
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -32,7 +33,7 @@ sensor_msgs::Image colorImage() {
   return color;
 }
 
-// The driver fills a new message for each frame: what was published belongs to the nodelets too.
+// The driver fills a new message for each frame: the nodelets share what was published.
 template <typename Message>
 void publish(const ros::Publisher& publisher, const Message& message, const ros::Time& stamp) {
   const auto frame = boost::make_shared<Message>(message);

@@ -5,7 +5,7 @@ usage: python3 bench/cell_bag.py [--seconds 20] [--folder FOLDER]    (in the wor
 
 Joints and tool frames of two robots at 125 Hz, two force sensors at 94 Hz, three sensors of the
 sewing machine at 50 Hz, color (rgb8) and depth (16UC1) images of 640x480 with their camera infos
-at 30 Hz. The contents are the simulator's, except that each message carries its index: the
+at 30 Hz. The contents are the simulator's, except that each message carries its index; the
 machine's sensors are ramps.
 """
 from __future__ import annotations
@@ -31,7 +31,7 @@ _JOINT_HZ, _FORCE_HZ, _SENSOR_HZ, _IMAGE_HZ = 125, 94, 50, 30
 
 
 def cell_bag(folder: str, length_s: float) -> MadeBag:
-    """Return the bag of so many seconds from the folder; write it if it does not exist."""
+    """Return the bag of this many seconds from the folder; write it if it does not exist."""
     cycle = SewingCycle()
     topics: List[BagTopic] = []
     for arm in ARMS:
@@ -68,7 +68,7 @@ def _array_topic(name: str, rate_hz: int, length_s: float,
 
 
 class _Frames:
-    """The Kinect's pictures; color and depth of one index are requested in turn."""
+    """The Kinect's pictures; color and depth of an index are requested one after the other."""
 
     def __init__(self, cycle: SewingCycle) -> None:
         self._cycle = cycle
@@ -76,7 +76,7 @@ class _Frames:
         self._last: Tuple[int, Any] = (-1, None)
 
     def frame(self, index: int) -> CameraFrame:
-        if not self._cameras:  # drawing what stands still takes a while; only to write the bag
+        if not self._cameras:  # drawing the static background is slow: only to write the bag
             self._cameras.append(Camera(self._cycle, _IMAGE_HZ))
         if self._last[0] != index:
             self._last = (index, self._cameras[0].render(index))
@@ -106,7 +106,7 @@ def _camera_topics(frames: _Frames) -> List[BagTopic]:
 
 
 def _stamped(message: Any, index: int, time_ns: int) -> bytes:
-    """The message's bytes with its index and its stamp in the header."""
+    """Return the message's bytes with its index and its stamp in the header."""
     message.header.seq = index
     message.header.stamp = genpy.Time(*divmod(time_ns, 1_000_000_000))
     buffer = io.BytesIO()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures a running cell: time to the first whole picture, and the share of the CPU per node.
+"""Measures a running cell: time to the first complete picture, and each node's share of the CPU.
 
 usage: python3 bench/cell_run.py [CONFIG] [--seconds 30]    (in the environment of the workspace)
 
@@ -28,7 +28,7 @@ _TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 
 
 class Sample(NamedTuple):
-    """CPU time in s and resident memory in MB of a process."""
+    """CPU time [s] and resident memory [MB] of a process."""
 
     cpu_s: float
     memory_mb: float
@@ -78,7 +78,7 @@ def _generate(config: str) -> str:
 
 
 def _measure(run_id: str, seconds: float) -> Dict[str, Sample]:
-    """The CPU share in % of a core, and the memory, of each process of the run by its name."""
+    """Return the CPU share [% of a core] and the memory of each process of the run by name."""
     before = {pid: process_sample(pid) for pid in processes_of_run(run_id)}
     time.sleep(seconds)
     rows: Dict[str, Sample] = {}
@@ -101,7 +101,7 @@ def process_sample(pid: int) -> Optional[Sample]:
 
 
 def _name(pid: int) -> str:
-    """The node's name from the arguments of the process, or its program."""
+    """Return the node's name from the arguments of the process, or its program."""
     words: List[str] = Path(f'/proc/{pid}/cmdline').read_text().split('\0')
     program = os.path.basename(words[1] if 'python' in words[0] and len(words) > 1 else words[0])
     names = [word[len('__name:='):] for word in words if word.startswith('__name:=')]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how far a cloud is from the robot that moves in it, at the stamp of the cloud.
+"""Measures the distance between a cloud and the moving robot in it, at the stamp of the cloud.
 
 usage: bench/run cloud_time [--seconds 20]
 
 The simulated cell runs, is recorded, and is played back. From the tf of the upper robot at a
 cloud's stamp, and at times around it, the depth image is computed that the simulated Kinect would
-see. The time at which it agrees best with the cloud says how long the stamp is off, and with the
-tool's speed how far the cloud is from the robot. "Arrival": if the stamp were that of the arrival.
+see. The time at which it agrees best with the cloud gives the error of the stamp, and with the
+tool's speed the distance of the cloud from the robot. "Arrival": as if stamped at its arrival.
 """
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ BOX = {'center': [-0.5, 0.0, 0.3], 'size': [1.4, 2.4, 0.4]}  # above the covers,
 SHIFTS_S = np.arange(-0.08, 0.0801, 0.01)
 SLOWEST_M_PER_S = 0.1
 EVERY = 3
-"""Of so many clouds one is compared."""
+"""One of this many clouds is compared."""
 MAX_M = 0.03
 RATES = (1.0, -1.0, -0.5, -2.0)
 _RUN_UP_S = 0.5
@@ -50,14 +50,14 @@ _BUFFER_S = 600.0
 
 
 class Offset(NamedTuple):
-    """How far a cloud is from the robot, m: as stamped, and if it were stamped at its arrival."""
+    """Distance of a cloud from the robot [m]: as stamped, and as if stamped at its arrival."""
 
     stamped_m: float
     at_arrival_m: float
 
 
 class Watch:
-    """Keeps clouds and all transforms, and compares them afterwards."""
+    """Collects clouds and all transforms, and compares them afterwards."""
 
     def __init__(self, rate: float = 1.0) -> None:
         self._slowest = SLOWEST_M_PER_S * abs(rate)
@@ -75,7 +75,7 @@ class Watch:
         self._listener.unregister()
 
     def run(self, seconds: float) -> List[Offset]:
-        """Compare the clouds of some time."""
+        """Compare the clouds of a period."""
         time.sleep(seconds)
         self._clouds.unregister()
         compared = (self._compare(*it) for it in self._clouds_with_arrival)
@@ -102,7 +102,7 @@ class Watch:
             abs(off_s) * speed, abs(stamp_s + off_s - arrival_s) * speed)
 
     def _links(self, time_s: float) -> np.ndarray:
-        """Poses of the links and the tool in the world, (9, 4, 4), m."""
+        """Return the poses of the links and the tool in the world, (9, 4, 4), m."""
         poses = np.tile(np.eye(4), (len(LINKS), 1, 1))
         for pose, link in zip(poses, LINKS):
             it = self._buffer.lookup_transform('world', link, rospy.Time.from_sec(time_s)).transform
@@ -113,14 +113,14 @@ class Watch:
 
 
 def _expected(links: np.ndarray) -> np.ndarray:
-    """The depth image of the robot, (480, 640), m; inf where it is not."""
+    """Return the depth image of the robot, (480, 640), m; inf beside it."""
     picture = Picture.empty()
     draw_robot(picture, pinhole.camera_from_world() @ links)
     return picture.depth
 
 
 def _depth_image(cloud: PointCloud2) -> np.ndarray:
-    """The depth of each pixel that has a point in the box, m; inf elsewhere."""
+    """Return the depth of each pixel that has a point in the box, m; inf elsewhere."""
     image = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
     points = np.frombuffer(cloud.data, '<f4').reshape(-1, cloud.point_step // 4)[:, :3]
     pixels = np.rint(points[:, :2] / points[:, 2:] * pinhole.FOCAL_LENGTH_PX
@@ -130,7 +130,7 @@ def _depth_image(cloud: PointCloud2) -> np.ndarray:
 
 
 def _difference(expected: np.ndarray, measured: np.ndarray) -> float:
-    """Sum of the differences of all pixels, each limited, where the box has the robot."""
+    """Sum the differences of all pixels, each limited, where the box has the robot."""
     lowest = pinhole.POSITION[2] - (BOX['center'][2] - BOX['size'][2] / 2)
     in_box = np.where(expected < lowest, expected, np.inf)
     with np.errstate(invalid='ignore'):
@@ -139,7 +139,7 @@ def _difference(expected: np.ndarray, measured: np.ndarray) -> float:
 
 
 def _minimum(places: np.ndarray, costs: np.ndarray) -> Optional[float]:
-    """Where a parabola through the lowest three is lowest; None if that is at an end."""
+    """Return the minimum of a parabola through the lowest three; None if they are at an end."""
     index = int(costs.argmin())
     if index in (0, len(costs) - 1):
         return None
@@ -151,7 +151,7 @@ def _minimum(places: np.ndarray, costs: np.ndarray) -> Optional[float]:
 
 @contextlib.contextmanager
 def cell(*options: str) -> Iterator[None]:
-    """The simulated cell without RViz, with a box around the robot."""
+    """Run the simulated cell without RViz, with a box around the robot."""
     process = subprocess.Popen(
         ['rosrun', 'process_visualizer', 'cell', 'run', str(CONFIG), '--devices', DEVICES,
          '--no-rviz', *options], stdout=subprocess.DEVNULL, start_new_session=True)
@@ -173,7 +173,7 @@ def record(path: str, seconds: float) -> None:
 
 
 def _off_s(measured: np.ndarray, links: Callable[[float], np.ndarray]) -> Optional[float]:
-    """After how long the robot is where a depth image has it, given its links by that time."""
+    """Return a depth image's delay relative to the robot's links by delay; None if not found."""
     costs = [_difference(_expected(links(shift)), measured) for shift in SHIFTS_S]
     return _minimum(SHIFTS_S, np.array(costs))
 

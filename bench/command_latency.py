@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Computes how long after a command its effect arrives at a subscriber."""
+"""Computes the delay from a command to its effect at a subscriber."""
 from __future__ import annotations
 
 import struct
@@ -19,12 +19,12 @@ class Seen(NamedTuple):
     indexes: np.ndarray
 
     def between(self, begin_ns: int, end_ns: int) -> 'Seen':
-        """The arrivals in a part of the time, in order."""
+        """Return the arrivals of a period, in order."""
         first, last = np.searchsorted(self.times_ns, [begin_ns, end_ns])
         return Seen(self.times_ns[first:last], self.topics[first:last], self.indexes[first:last])
 
     def first_arrivals(self) -> 'Seen':
-        """Arrivals later in the recording than all before on their topic: no repeated scene."""
+        """Return arrivals later in the recording than all before on their topic: no repetition."""
         new = np.zeros(len(self.times_ns), bool)
         for topic in np.unique(self.topics):
             its = self.topics == topic
@@ -34,7 +34,7 @@ class Seen(NamedTuple):
 
 
 def scene_latency_ms(seen: Seen, request_ns: int, expected: Sequence[int]) -> float:
-    """Return how long after a seek the last topic's message has arrived [ms]; NaN if one did not.
+    """Return the delay [ms] from a seek to the last topic's message; NaN if one did not arrive.
 
     Args:
         seen: arrivals from the request to the next one; other messages do not count.
@@ -52,16 +52,16 @@ def scene_latency_ms(seen: Seen, request_ns: int, expected: Sequence[int]) -> fl
 
 
 def pause_latency_ms(seen: Seen, request_ns: int) -> float:
-    """Return how long after the request the last message arrives [ms], 0 if none does."""
+    """Return the delay [ms] from the request to the last message that arrives; 0 if none does."""
     return (int(seen.times_ns[-1]) - request_ns) / 1e6 if len(seen.times_ns) else 0.0
 
 
 def rate_latency_ms(before: Seen, after: Seen, due_ns: Sequence[np.ndarray], old_rate: float,
                     new_rate: float, request_ns: int) -> float:
-    """Return how long after a request the rate changes [ms].
+    """Return the delay [ms] from a request to the change of the rate.
 
-    Arrivals over the bag's time are a line of slope 1 / rate; the change is where the line before
-    the request and the one after the change meet.
+    Arrivals over the bag's time are a line of slope 1 / rate; the change is the intersection of the
+    line before the request and the one after the change.
 
     Args:
         before, after: arrivals during the old and during the new rate.
@@ -75,7 +75,7 @@ def rate_latency_ms(before: Seen, after: Seen, due_ns: Sequence[np.ndarray], old
 
 def _line_offset_ns(seen: Seen, due_ns: Sequence[np.ndarray], rate: float,
                     zero_ns: int) -> float:
-    """Arrival since ``zero_ns`` of a message at bag time 0 (of the bag's first message)."""
+    """Return the arrival since ``zero_ns`` of a message at bag time 0 (the bag's first message)."""
     begin_ns = min(int(times[0]) for times in due_ns)
     bag_ns = np.array([due_ns[topic][index] - begin_ns
                        for topic, index in zip(seen.topics, seen.indexes)], float)

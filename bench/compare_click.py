@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From the click on "Compare" to the bands of the curves and the ghost, by the window's models.
+"""Measures the time from the click on "Compare" to the bands of the curves and the ghost.
 
 usage: bench/run compare_click CONFIG BAG [--columns N] [--times N]
 
-Of the bag's runs the first is good, the second is compared. The ghost counts as there when its
-request to the node is complete, as bytes; reading the bag ("Find runs") is told beside it.
+It uses the window's models. The first run of the bag is the good one, the second is compared. The
+ghost counts as present when its request to the node is complete, as bytes; the time to read the
+bag ("Find runs") is printed too.
 """
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ class Stand:
         return time.monotonic() - begin_s
 
     def compare(self) -> Dict[str, float]:
-        """Compare; return when what was there [s from the click]."""
+        """Compare; return the time of each result [s from the click]."""
         self.model.set_good(0, False)
         until(lambda: not self.bands.bands)
         self.model.set_good(0, True)
@@ -83,7 +84,7 @@ class Stand:
 
 
 def until(condition: Callable[[], bool]) -> None:
-    """Let the models work until something is so."""
+    """Let the models work until a condition holds."""
     loop, timer = QEventLoop(), QTimer()
     end_s = time.monotonic() + _TIMEOUT_S
     timer.timeout.connect(lambda: loop.quit() if condition() or time.monotonic() > end_s else None)
@@ -93,7 +94,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('config')
     parser.add_argument('bag')

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Prints how long it takes until half a minute of a cell in the recorder's memory (75,000 messages
-/// of 20 topics, 300 bytes each) is a bag on /dev/shm, beside rosbag's own library, which is given
-/// the same messages. Fails if it takes longer.
+/// Prints the time to write half a minute of a cell from the recorder's memory (75,000 messages of
+/// 20 topics, 300 bytes each) as a bag on /dev/shm, compared with rosbag's own library, which is
+/// given the same messages. Fails if it takes longer.
 #include <rosbag/bag.h>
 #include <std_msgs/String.h>
 

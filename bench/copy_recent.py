@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long it takes until what the recorder has in memory is a bag, beside rosbag's own library.
+"""Time to write the messages in the recorder's memory as a bag, compared with rosbag's library.
 
 usage: bench/run copy_recent
 """

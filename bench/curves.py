@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the curves of the timeline: how long it takes, and how long it keeps other threads waiting.
+"""Reads the curves of the timeline: duration, and how long it keeps other threads waiting.
 
 usage: python3 bench/curves.py [--folder FOLDER]    (in the workspace)
 
@@ -35,7 +35,7 @@ _RUNS = 3
 
 
 def robots_bag(folder: str, minutes: float) -> MadeBag:
-    """The cell without its Kinect; each minute is the same but for the indices."""
+    """The cell without its Kinect; all minutes are the same except for the indices."""
     cycle = SewingCycle()
     topics: List[BagTopic] = []
     for arm in ARMS:
@@ -54,7 +54,7 @@ def _array_topic(name: str, rate_hz: int,
     rows: List[List[float]] = []
 
     def content(index: int, _time_ns: int) -> bytes:
-        if not rows:  # only when the bag is written
+        if not rows:  # only if the bag is written
             rows.extend(rows_at(arm, np.arange(60.0 * rate_hz) / rate_hz).tolist())
         return array_message(index, rows[index % len(rows)])
 
@@ -62,7 +62,7 @@ def _array_topic(name: str, rate_hz: int,
 
 
 def measured(path: str) -> Tuple[float, float, int]:
-    """Time [s] to read the curves, greatest delay [s] of the main thread, how many curves."""
+    """Return time [s] to read the curves, the main thread's longest delay [s], and their number."""
     devices = XmlParser().parse(str(_CONFIGURATION)).devices
     found: List[int] = []
     thread = threading.Thread(target=lambda: found.append(len(read_curves([path], devices))))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how soon the scene says that a process was stopped or killed.
+"""Measures how soon the scene reports that a process was stopped or killed.
 
 usage: bench/run dead [--pictures FOLDER]
 
 The simulated sewing cell runs with RViz. Each process that draws is stopped (SIGSTOP) and
-continued; then each is killed (SIGKILL). The program measures when the words that name it arrive,
+continued; then each is killed (SIGKILL). The program measures when the text that names it appears,
 and when its last marker disappears.
 """
 from __future__ import annotations
@@ -41,7 +41,7 @@ _OLD = 's old'  # of a cloud whose filter, in the camera's nodelet manager, has 
 
 
 class Words:
-    """The words in the scene, and when markers came."""
+    """The texts in the scene, and the arrival times of markers."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -52,7 +52,7 @@ class Words:
             rospy.Subscriber(topic, MarkerArray, self._note, callback_args=topic)
 
     def wait(self, device: str, *wanted: str) -> float:
-        """Wait for words of a device; when they came. Raises RuntimeError."""
+        """Wait for the text about a device; return its arrival time. Raises RuntimeError."""
         with self._changed:
             if not self._changed.wait_for(
                     lambda: all(word in self._texts.get(device, '') for word in wanted),
@@ -112,7 +112,7 @@ def _process_of(node: str) -> int:
 
 
 def _share(process: int) -> float:
-    """The share of a core that a process takes for some seconds."""
+    """Return the share of a core that a process takes for some seconds."""
     def used_s() -> float:
         fields = Path(f'/proc/{process}/stat').read_text().rsplit(')', 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
@@ -123,7 +123,7 @@ def _share(process: int) -> float:
 
 def _measure(words: Words, name: str, how: signal.Signals,
              folder: Optional[str]) -> 'tuple[float, Optional[float]]':
-    """Delays [s] of the words and of the end of the last marker."""
+    """Delays [s] of the text and of the last marker's end."""
     pid = _process_of(name)
     words.forget()
     _, device, node = name.replace('/camera/', '/kinect/').split('/')

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much a depth sensor's crop takes and how late it is, beside depth_image_proc and pcl_ros.
+"""Cost and delay of a depth sensor's crop, compared with depth_image_proc and pcl_ros.
 
 usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0] [--only WAY]
 
 A camera in a nodelet manager, as a driver is (camera_manager.cpp), publishes registered images of
-640x480 at 30 Hz. In this manager they become the cloud in a box by one of three ways, and that
-goes to a subscriber in another process, as to RViz. What the manager's process takes, the camera
-included, is divided by the clouds that came out. The cost of one filter alone is the difference
-between a manager with three of it and one with a single one. "Delay": from the stamp, when the
-camera publishes an image, to the arrival of the cloud at the subscriber, of all rounds. The box is
-the same: pcl/CropBox has it in the camera's frame, ours transform each point into another frame.
-Medians of the rounds. With ``--busy`` so many other processes compute all the time.
+640x480 at 30 Hz. In this manager, one of three ways turns them into the cloud in a box, which goes
+to a subscriber in another process, as to RViz. The CPU time of the manager's process, including
+the camera, is divided by the number of published clouds. The cost of one filter alone is the
+difference between a manager with three instances of it and one with a single instance. "Delay":
+from the stamp, which is the time when the camera publishes an image, to the arrival of the cloud
+at the subscriber, of all rounds. The box is the same: pcl/CropBox has it in the camera's frame,
+ours transform each point into another frame. Medians of the rounds. With ``--busy``, this many
+other processes compute all the time.
 """
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ PROGRAMS = ('roi_filter_benchmark', 'registered_crop_benchmark')
 
 
 class Way(NamedTuple):
-    """A way from images to the points in the box: how often each nodelet is loaded."""
+    """A way from images to the points in the box: the number of instances of each nodelet."""
 
     whole_clouds: bool
     filter: str
@@ -57,7 +58,7 @@ WAYS: Dict[str, Way] = {
 
 
 class Figures(NamedTuple):
-    """What a manager took, and what it gave."""
+    """CPU time and output of a manager."""
 
     cpu_ms_per_cloud: float
     frames_per_s: float
@@ -67,7 +68,7 @@ class Figures(NamedTuple):
 
 
 class Manager:
-    """A nodelet manager with the nodelets of a way, and a camera or not; a context manager."""
+    """A nodelet manager with the nodelets of a way, with or without a camera; a context manager."""
 
     def __init__(self, way: Way, name: str, has_camera: bool = False) -> None:
         self._name = name
@@ -91,7 +92,7 @@ class Manager:
             process.wait()
 
     def cpu_s(self) -> float:
-        """The CPU time that the manager's process has taken so far."""
+        """Return the CPU time that the manager's process has used so far."""
         with open(f'/proc/{self._processes[0].pid}/stat', encoding='ascii') as file:
             words = file.read().rpartition(')')[2].split()
         return (int(words[11]) + int(words[12])) / os.sysconf('SC_CLK_TCK')
@@ -122,13 +123,13 @@ def _start(*arguments: str) -> 'subprocess.Popen[bytes]':
 
 
 def start_camera(name: str) -> 'subprocess.Popen[bytes]':
-    """Start a manager of some name with a camera in it."""
+    """Start a manager of this name with a camera in it."""
     return subprocess.Popen([find_node('process_visualizer', CAMERA)[0], f'__name:={name}'],
                             stdout=subprocess.DEVNULL)
 
 
 def measure(way: Way, name: str, seconds: float) -> Figures:
-    """Run a way and return what it took."""
+    """Run a way and return its figures."""
     outputs = [f'/{name}_crop_{number}/output' for number in range(way.count)]
     path = os.path.join(os.environ['ROS_HOME'], 'arrivals')
     with ArrivalRecorder([*outputs, '/camera_info'], path) as recorder:
@@ -148,7 +149,7 @@ def measure(way: Way, name: str, seconds: float) -> Figures:
 
 
 def delays_ms(arrivals: np.ndarray) -> np.ndarray:
-    """From the stamp in the header of a message to its arrival."""
+    """Return the delays from the stamp in the header of a message to its arrival."""
     words = np.ascontiguousarray(arrivals['front'][:, :12]).view('<u4').astype(np.int64)
     stamp_ns = words[:, 1] * 1_000_000_000 + words[:, 2]
     wall_ns = arrivals['time_ns'] + (time.time_ns() - time.monotonic_ns())
@@ -156,7 +157,7 @@ def delays_ms(arrivals: np.ndarray) -> np.ndarray:
 
 
 def measure_all(names: Sequence[str], seconds: float, rounds: int) -> Dict[str, Figures]:
-    """The medians of some ways, which take turns, with all delays."""
+    """Return the medians of some ways, which are run in turn, with all delays."""
     found: Dict[str, List[Figures]] = {name: [] for name in names}
     for number in range(rounds):
         for place, name in enumerate(names):
@@ -172,7 +173,7 @@ def _together(figures: Sequence[Figures]) -> Figures:
 
 
 def print_table(figures: Dict[str, Figures]) -> None:
-    """Print the ways, and what one filter alone costs."""
+    """Print the ways, and the cost of one filter alone."""
     print('| images to cropped cloud, in one manager | CPU per frame | frames/s | clouds/s '
           '| points | delay: clouds | median | p95 | p99 |\n|---|---|---|---|---|---|---|---|---|')
     for name, it in figures.items():
@@ -189,7 +190,7 @@ def print_table(figures: Dict[str, Figures]) -> None:
 
 @contextlib.contextmanager
 def busy_machine(count: int) -> Iterator[None]:
-    """Other processes that compute all the time."""
+    """Run other processes that compute all the time."""
     processes = [subprocess.Popen([sys.executable, '-c', 'while True: pass'])
                  for _ in range(count)]
     try:
@@ -202,7 +203,7 @@ def busy_machine(count: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def running_frames(node: str) -> Iterator[None]:
-    """A master, this process as a node of it, and a camera's frame in the frame of the box."""
+    """Provide a master, this process as a node, and a camera's frame in the frame of the box."""
     with ros_master():
         rospy.init_node(node, disable_signals=True)
         frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
@@ -215,7 +216,7 @@ def running_frames(node: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def running_camera(node: str) -> Iterator[None]:
-    """The same, and a camera in a process of its own."""
+    """Provide the same, and a camera in a process of its own."""
     build_program(CAMERA)
     with running_frames(node):
         camera = start_camera('camera')
@@ -227,7 +228,7 @@ def running_camera(node: str) -> Iterator[None]:
 
 
 def find_pcl_filters() -> None:
-    """Let pluginlib find pcl_ros's filters: Debian has them elsewhere than it looks for them."""
+    """Let pluginlib find pcl_ros's filters: Debian has them outside of its search path."""
     libraries = glob.glob('/usr/lib/*/libpcl_ros_filters.so*')
     if libraries:
         prefix = os.path.join(os.environ['ROS_HOME'], 'pcl_ros')

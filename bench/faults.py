@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator sees of each fault of a running cell, within what time, and what is left.
+"""Measures what the operator sees of each fault of a running cell, how soon, and what is left.
 
 usage: bench/run faults [--only PART …]
 
 A robot with its simulated driver, the recorder and RViz run, started by ``cell run`` and then by
-the launcher (without its window). Each fault is made, and the program waits for the words about
-it, and for those that it is over. At last everything is stopped; no process, file or node of it
-may be left. The table of docs/reliability.md has what this prints. It ends with 1 if something
-was not said, or something was left.
+the launcher (without its window). The program causes each fault, and waits for the message about
+it and for the message that it is over. In the end everything is stopped; no process, file or node
+may be left. It prints the table of docs/reliability.md. It ends with 1 if a message was missing,
+or something was left.
 """
 from __future__ import annotations
 
@@ -54,18 +54,18 @@ SILENT, OVER = 'is not responding', 'over after'
 NODES = ('/cell_frames', '/scene_watch', '/ur_rt_upper/robot_proc', '/ur_rt_upper/joint_proc',
          '/ur_rt_upper/robot_state_publisher', '/driver/simulator', '/bag_recorder', '/rviz')
 TITLES = {'/bag_recorder': 'Recorder', '/rviz': 'RViz'}
-"""What the operator reads for a node; others by the last part of their names."""
+"""The operator's names of nodes; others are the last part of the node's name."""
 
 
 class Line(NamedTuple):
-    """What a program has written, and when (monotonic) [s]."""
+    """A line that a program has written, and its time (monotonic) [s]."""
 
     time_s: float
     text: str
 
 
 class Program:
-    """A program that tells the operator something, line by line."""
+    """A program that reports to the operator, line by line."""
 
     def __init__(self, name: str, command: Sequence[str], environment: Dict[str, str]) -> None:
         self.name = name
@@ -96,16 +96,16 @@ class Program:
 
 
 class Faults:
-    """Makes faults of one run of the cell, and notes what was said."""
+    """Causes faults in one run of the cell, and records the messages."""
 
     def __init__(self, name: str, command: Sequence[str], folder: Path) -> None:
         self.mark, self.folder = f'{MARK}={uuid.uuid4().hex}', folder
         self.temporary = folder / f'tmp_{name.replace(" ", "_")}'
         self.temporary.mkdir(parents=True)
-        folder.chmod(0o700)  # as XDG_RUNTIME_DIR has to be
+        folder.chmod(0o700)  # required of XDG_RUNTIME_DIR
         key, value = self.mark.split('=')
         self.environment = {**os.environ, key: value, 'TMPDIR': str(self.temporary),
-                            'XDG_RUNTIME_DIR': str(folder)}  # where Qt would make one
+                            'XDG_RUNTIME_DIR': str(folder)}  # otherwise Qt would create one
         self.program = Program(name, command, self.environment)
         self.failures: List[str] = []
 
@@ -122,7 +122,7 @@ class Faults:
 
     def say(self, fault: str, words: Sequence[str], make: Callable[[], object],
             undo: Optional[Callable[[], object]] = None, over: Sequence[str] = ()) -> None:
-        """Make a fault; print what is said of it, after how long, and when it is over."""
+        """Cause a fault; print the message about it, its delay, and when it is over."""
         since, begin_s = len(self.program.lines), time.monotonic()
         make()
         line = self.program.wait(*words, since=since)
@@ -137,7 +137,7 @@ class Faults:
         print(f'| {self.program.name} | {fault} | {said} | {ended} | {text} |', flush=True)
 
     def end(self, fault: str, make: Callable[[], object], code: Optional[int] = 0) -> None:
-        """End it by a fault or a signal; print how long that takes, and what is left."""
+        """End the cell by a fault or a signal; print how long that takes, and what is left."""
         begin_s = time.monotonic()
         make()
         try:
@@ -149,7 +149,7 @@ class Faults:
         end_s = time.monotonic() + 10.0
         while self.processes() and time.monotonic() < end_s:
             time.sleep(0.1)
-        log = '\n'.join(it.text for it in self.program.lines)  # kept when it has failed
+        log = '\n'.join(it.text for it in self.program.lines)  # kept if it has failed
         left = [it for it in self.left() if it not in log]
         if left or found is None or (code is not None and found != code):
             self.failures.append(f'{fault}: code {found}, left {left}')
@@ -157,7 +157,7 @@ class Faults:
               f'left: {left or "nothing"} | {self.program.lines[-1].text.strip()} |', flush=True)
 
     def processes(self) -> Dict[int, str]:
-        """All processes that it has started, however they are called now."""
+        """Return all processes that it has started, even if they were renamed."""
         found = {}
         for path in Path('/proc').iterdir():
             if not path.name.isdigit():
@@ -168,7 +168,7 @@ class Faults:
         return found
 
     def left(self) -> List[str]:
-        """What it has left: processes, folders, nodes of a master that still runs."""
+        """Return what it has left: processes, folders, nodes of a master that still runs."""
         files = [str(it) for it in self.temporary.iterdir()]
         try:
             state = AskedMaster('/faults').getSystemState()
@@ -186,7 +186,7 @@ class Faults:
 
 
 def process_of(node: str) -> Optional[int]:
-    """The process id of a node that answers."""
+    """Return the process id of a node that answers."""
     try:
         return process_id_at(AskedMaster('/faults').lookupNode(node))
     except Exception:  # whatever is wrong with it, it does not answer
@@ -194,12 +194,12 @@ def process_of(node: str) -> Optional[int]:
 
 
 def title(node: str) -> str:
-    """What the operator calls it."""
+    """Return the operator's name of a node."""
     return TITLES.get(node, node.split('/')[-1])
 
 
 class Drivers:
-    """Drivers beside the simulator: this program publishes what they would."""
+    """Drivers beside the simulator: this program publishes their topics."""
 
     def __init__(self) -> None:
         if not rospy.core.is_initialized():
@@ -231,7 +231,7 @@ class Drivers:
 
 
 class Beside(NamedTuple):
-    """What is not started by the cell."""
+    """Programs that the cell does not start."""
 
     master: RosMaster
     drivers: Drivers
@@ -257,7 +257,7 @@ def node_faults(faults: Faults, _beside: Beside) -> None:
 
 
 def driver_faults(faults: Faults, beside: Beside) -> None:
-    """A second driver, one of another type, garbage, a log that is flooded."""
+    """Add a second driver, one of another type, garbage, and a flood of log messages."""
     drivers = beside.drivers
 
     def array(count: int) -> Float32MultiArray:
@@ -297,7 +297,7 @@ def driver_faults(faults: Faults, beside: Beside) -> None:
 
 
 def master_faults(faults: Faults, beside: Beside) -> None:
-    """A master that hangs, is killed, and comes back as another one."""
+    """Let a master hang, be killed, and be replaced by another one."""
     pid = beside.master.process_id()
     assert pid is not None
     faults.say('SIGSTOP of the master', ('ROS master', SILENT),
@@ -330,7 +330,7 @@ def launcher_command(folder: Path) -> Tuple[str, List[str]]:
 
 @contextmanager
 def running(command: Tuple[str, List[str]], folder: Path, failures: List[str]) -> Iterator[Faults]:
-    """A cell that is up."""
+    """A running cell."""
     faults = Faults(f'{command[0]}', command[1], folder / uuid.uuid4().hex)
     try:
         faults.wait_until_up()
@@ -355,7 +355,7 @@ def stop(faults: Faults, number: int = signal.SIGINT) -> None:
 
 
 def roslaunch_of(faults: Faults) -> List[int]:
-    """The processes of roslaunch."""
+    """Return the processes of roslaunch."""
     found = []
     for pid in faults.processes():
         with suppress(OSError):
@@ -371,7 +371,7 @@ PARTS = (*FAULTS_OF_A_RUN, 'roslaunch', 'crash')
 
 
 def main() -> int:
-    """Make all faults; return 1 if something was not said, or was left."""
+    """Cause all faults; return 1 if a message was missing, or something was left."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--only', nargs='*', choices=PARTS, default=PARTS)
     only = parser.parse_args().only
@@ -414,7 +414,7 @@ def _roslaunch_faults(command: Tuple[str, List[str]], folder: Path, failures: Li
 
 
 def _crash(command: Tuple[str, List[str]], folder: Path, failures: List[str]) -> None:
-    """The program itself is killed; the next one sweeps what it has left."""
+    """Kill the program itself; the next one removes what it has left."""
     master = RosMaster()
     master.ensure()
     with running(command, folder, failures) as faults:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether Fit finds the pose of the sewing cell's Kinect, from wrong ones at random.
+"""Fit from random wrong poses of the sewing cell's Kinect: how often and how well it succeeds.
 
 usage: bench/run fit [--count 50] [--moments 5] [--shift-mm 20] [--turn-deg 2] [--seed 1]
 
-The sensor is said to be elsewhere than it is, by a shift and a turn in random directions, at
-moments of the sewing cycle: the robots stand elsewhere, the covers (no models) lie on the tables.
-The node sensor_fit is asked as the launcher asks it. See still_cell.py for what is seen.
+The sensor's configured pose is wrong by a shift and a turn in random directions, at moments of the
+sewing cycle: the robots have moved, the covers (no models) lie on the tables. The node sensor_fit
+is called as the launcher does. See still_cell.py for the scene.
 """
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PERIOD_S = 20.0
 
 
 class Outcome(NamedTuple):
-    """One fit: what is left of the displacement, what it said, and how long it took."""
+    """One fit: the remaining displacement, the message, and the duration."""
 
     error_mm: float
     error_deg: float
@@ -49,7 +49,7 @@ def displaced(pose: Pose, shift_m: float, turn_rad: float, random: np.random.Gen
 
 
 def fitted(stage: StillCell) -> Tuple[Optional[Outcome], str]:
-    """Ask the node once; an outcome, or why there is none."""
+    """Call the node once; return an outcome, or the reason why there is none."""
     begin_s = time.monotonic()
     try:
         found = fit_sensor(stage.sensor, stage.cell.devices, stage.cell.frame)

@@ -29,7 +29,7 @@ START_TIMEOUT_S = 60.0
 
 
 class Figures(NamedTuple):
-    """What the fusion gave, and what all of it took."""
+    """Output and CPU time of the fusion."""
 
     clouds_per_s: float
     delay_ms: float
@@ -59,7 +59,7 @@ class Arrivals:
 
 @contextlib.contextmanager
 def fused(sensors: int, is_shared: bool, name: str) -> Iterator[List[Manager]]:
-    """The managers of sensors and fusion; its output is on ``/NAME_fusion/output``."""
+    """The managers of sensors and fusion; the output is on ``/NAME_fusion/output``."""
     counts = [sensors] if is_shared else [1] * sensors
     names = [f'{name}_{number}' for number in range(len(counts))]
     rospy.set_param(f'/{name}_fusion', {
@@ -90,7 +90,7 @@ def measure(sensors: int, is_shared: bool, name: str, seconds: float) -> Figures
 
 
 def measure_all(seconds: float, rounds: int) -> Dict['tuple[int, bool]', Figures]:
-    """The medians of all ways, which take turns."""
+    """Return the medians of all ways, which are run in turn."""
     ways = [(sensors, is_shared) for sensors in range(1, MAX_SENSORS + 1)
             for is_shared in (True, False)]
     found: Dict['tuple[int, bool]', List[Figures]] = {way: [] for way in ways}

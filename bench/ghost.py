@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How exactly and at what cost the ghost follows: a recording of the simulated cell's cycles.
+"""Accuracy and cost of the ghost on a recording of the simulated cell's cycles.
 
 usage: bench/run ghost CONFIG BAG
 
-The first run is the reference. At 100 positions of the others the ghost's tool is compared with
-where the joints in the bag, at the reference's own time, put it: read by rosbag, between the two
-samples around that time.
+The first run is the reference. At 100 positions of the others, the ghost's tool is compared with
+its pose from the joints in the bag at the reference's own time: read by rosbag, and interpolated
+between the two samples around that time.
 """
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS = 100
-_MAX_TRIES = 100 * POSITIONS  # those outside of the reference do not count
+_MAX_TRIES = 100 * POSITIONS  # positions outside of the reference do not count
 
 
 def recorded(bag: str, topic: str) -> Tuple[np.ndarray, np.ndarray]:
-    """Times [s] from the first message of the bag, and joints, of a topic of plain numbers."""
+    """Return times [s] from the bag's first message, and joints, of a topic of plain numbers."""
     with rosbag.Bag(bag) as file:
         begin_s = file.get_start_time()
         rows = [(stamp.to_sec() - begin_s, message.data)
@@ -52,7 +52,7 @@ def angle_deg(one: Placement, other: Placement) -> float:
 def errors(robot: GhostRobot, urdf: str, tool: str, joints: Tuple[str, ...],
            series: Tuple[np.ndarray, np.ndarray], reference_begin_s: float,
            found: List[Comparison]) -> Tuple[List[float], List[float]]:
-    """In mm and degrees."""
+    """Return the difference in mm and degrees."""
     chance, arm = random.Random(16), Kinematics(urdf)
     far, turned = [], []
     for _ in range(_MAX_TRIES):
@@ -75,7 +75,7 @@ def errors(robot: GhostRobot, urdf: str, tool: str, joints: Tuple[str, ...],
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     config, bag = sys.argv[1:]
     cell = XmlParser().parse(config)
     runs = ChosenRuns(cell).runs([bag])

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""For how long the window is held up while an operator works, beside a program that does nothing.
+"""Measures how long the window is blocked while an operator works, compared with an idle program.
 
 usage: bench/run held_up
 
 The simulated cell without its Kinect, in the real window with RViz: launched, recorded, replayed,
 played back, scrubbed, stepped, looped, played backwards, shown in another theme, and quit. A peer
-in a process of its own has an event loop with the same beats, which asks the X server for the
-mouse at each, and does nothing else: how long it is held up meanwhile is the machine's doing. The
-rest is the window's. The program ends with 1 if that was longer than 50 ms.
+in a process of its own has an event loop with the same ticks, asks the X server for the mouse
+position at each, and does nothing else: the machine causes the times in which it is blocked. The
+others are the window's. The program ends with 1 if one of them was longer than 50 ms.
 """
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RECORDED_S, LOOKED_S, MOVES, STEPS = 8.0, 4.0, 40, 20
 
 
 class Held(NamedTuple):
-    """A time in which the window was held up: until when [s since the epoch], for how long [ms]."""
+    """A time in which the window was blocked: its end [s since the epoch] and its length [ms]."""
 
     until_s: float
     lasted_ms: float
@@ -43,14 +43,15 @@ class Held(NamedTuple):
 
 
 def span_s(block: Entry) -> Tuple[float, float]:
-    """From when to when [s since the epoch] a thread was held up."""
+    """Return begin and end [s since the epoch] of a block of a thread."""
     return float(block['at']) - 0.001 * float(block['blocked_ms']), float(block['at'])
 
 
 def held(blocks: List[Entry], of_peer: List[Entry]) -> List[Held]:
-    """What holds the peer up as well, or the kernel says was a wait for a processor, is not ours.
+    """Return the window's own blocks, without those of the peer and waits for a processor.
 
-    What is measured is the time between two beats, which is up to one interval of them longer.
+    The kernel reports the waits. The measured value is the time between two ticks, which is up to
+    one interval longer than the block.
     """
     found = []
     for block in blocks:
@@ -63,14 +64,14 @@ def held(blocks: List[Entry], of_peer: List[Entry]) -> List[Held]:
 
 
 class Work:
-    """What an operator does, step by step; notes when each step has begun."""
+    """Performs an operator's steps; records when each step has begun."""
 
     def __init__(self, bench: BenchWindow) -> None:
         self._bench, self._launcher = bench, bench.launcher
         self.began_s: Dict[str, float] = {}
 
     def do(self) -> None:
-        """Do all of it."""
+        """Do all steps."""
         for step in (self.launch, self.look_at_curves, self.record, self.replay, self.play_back,
                      self.scrub, self.step, self.loop_backwards, self.change_theme, self.go_live,
                      self.quit):
@@ -150,7 +151,7 @@ class Work:
 
 
 def be_the_peer(file: str) -> None:
-    """Beat until the standard input ends."""
+    """Tick until the standard input ends."""
     app = QGuiApplication(sys.argv[:1])
     watchdog = Watchdog(file, PEER_LIMIT_S)
     asking = QTimer(interval=BEAT_MS, timerType=Qt.PreciseTimer)
@@ -163,7 +164,7 @@ def be_the_peer(file: str) -> None:
 
 
 def measured(work: Callable[[], None]) -> List[Held]:
-    """Return what held the window up during some work."""
+    """Return what blocked the window during some work."""
     files = [os.path.join(os.environ['ROS_HOME'], name) for name in ('window', 'peer')]
     peer = subprocess.Popen([sys.executable, __file__, '--peer', files[1]], stdin=subprocess.PIPE)
     watchdog = Watchdog(files[0])
@@ -174,13 +175,13 @@ def measured(work: Callable[[], None]) -> List[Held]:
 
 
 def step_of(began_s: Dict[str, float], when_s: float) -> str:
-    """The step in which a moment was."""
+    """Return the step that contains a moment."""
     return next((name for name, begin_s in reversed(list(began_s.items())) if begin_s <= when_s),
                 'before')
 
 
 def main() -> int:
-    """Print a line for each step; return 1 if the window was held up for too long."""
+    """Print a line for each step; return 1 if the window was blocked for too long."""
     bench = BenchWindow()
     work = Work(bench)
     try:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Images of the size and with the noise of a Kinect's.
+/// Images of the size and with the noise of a Kinect's images.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -38,7 +38,8 @@ inline sensor_msgs::CameraInfo cameraInfo(double distortion = 0) {
   return info;
 }
 
-/// A plane 2 m in front of the camera, with a Kinect's noise, and nothing in a tenth of the pixels.
+/// A plane 2 m in front of the camera, with a Kinect's noise, and no depth in a tenth of the
+/// pixels.
 inline sensor_msgs::Image depthImage() {
   sensor_msgs::Image depth = image("16UC1", 2);
   std::mt19937 generator(1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How long the labels of a picture take: their plates are painted when their texts change, ten
-// times a second, and all are placed in each picture. usage: QT_QPA_PLATFORM=offscreen bench_labels
-// [LABELS]
+// Measures the time for the labels of a picture: their plates are painted when their texts change,
+// ten times a second, and all are placed in each picture.
+// usage: QT_QPA_PLATFORM=offscreen bench_labels [LABELS]
 
 #include <QGuiApplication>
 #include <chrono>
@@ -19,7 +19,7 @@ using namespace process_visualizer::displays;  // NOLINT: a program of one file
 constexpr int kPictures = 600;
 constexpr Size kView{1200, 870};
 
-/// Milliseconds for each of so many calls.
+/// Returns the mean time of the calls, ms.
 template <typename Function>
 double milliseconds(int calls, Function function) {
   const auto begin = std::chrono::steady_clock::now();

@@ -3,9 +3,9 @@
 
 usage: bench/run launcher [--runs 3]
 
-From the click on "Launch nodes" to RViz having every display OK, and, while a Kinect bag of 20 s is
-played (46 MB/s), the share of a core that the window's process takes and the longest block of its
-GUI thread (with and without the wait for a processor).
+From the click on "Launch nodes" until every display of RViz is OK, and, while a Kinect bag of 20 s
+is played (46 MB/s), the share of a core that the window's process takes and the longest block of
+its GUI thread (with and without the wait for a processor).
 """
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the live curves cost: 20 variables at 125 Hz, a real recorder, the panel on a screen.
+"""Cost of the live curves: 20 variables at 125 Hz, a real recorder, the panel on a screen.
 
 usage: bench/run live_curves
 """
@@ -72,7 +72,7 @@ def processor_s() -> float:
 
 
 def share(seconds: float) -> float:
-    """The part of a core that this process takes."""
+    """Return the share of a core that this process takes."""
     before, begin_s = processor_s(), time.monotonic()
     pause(seconds)
     return (processor_s() - before) / (time.monotonic() - begin_s)

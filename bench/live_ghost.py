@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How exactly the ghost follows live robots, and what that costs the processor.
+"""Accuracy of the ghost beside live robots, and its CPU time.
 
 usage: bench/run live_ghost
 
 The nodes of the simulated sewing cell run in real-time mode, without camera and RViz. In place of
-its drivers, this program publishes what they would, at the cell's own rates, but faster or slower
-or with a pause: so the moment of the cycle is known at each time. The reference is a cycle with
+its drivers, this program publishes their topics, at the cell's own rates, but faster or slower or
+with a pause, so that the moment of the cycle is known at each time. The reference is a cycle with
 another seed, read from a bag. The error is that of the topic with the ghost's moment, at its
-stamp, while the robots move and it is known.
+stamp, while the robots move and the moment is known.
 """
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ from sewing_cell.simulator import Ticker
 CONFIG = os.path.join(os.path.dirname(__file__), '..', 'sewing_cell', 'devices', 'simulated.xml')
 DEVICES = 'ur_rt_upper,ur_rt_lower,sewing_machine'
 PERIOD_S, MOVES_S, RESTS_S = 20.0, 1.2, 18.8
-"""A cycle; in between the robots move."""
+"""A cycle, and the times in it when the robots begin to move and to rest."""
 PAUSE_AT_S = 8.0
 
 
 class Case(NamedTuple):
-    """How the live cell goes: seconds of the cycle per second, and a pause [s] amid the seam."""
+    """Motion of the live cell: seconds of the cycle per second, and a pause [s] amid the seam."""
 
     name: str
     speed: float
@@ -60,7 +60,7 @@ class Case(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """How long a cycle takes."""
+        """Return the duration of a cycle."""
         return PERIOD_S / self.speed + self.pause_s
 
 
@@ -69,7 +69,7 @@ CASES = (Case('as fast', 1.0), Case('10 % faster', 1.1), Case('10 % slower', 0.9
 
 
 class Phases:
-    """What the node said."""
+    """The node's messages."""
 
     def __init__(self) -> None:
         self.rows: List[Tuple[float, float, bool]] = []  # stamp [s], moment [s], known
@@ -81,14 +81,14 @@ class Phases:
 
 
 def reference(folder: str) -> Tuple[Run, float]:
-    """Return the reference, and when in its cycle [s] it begins."""
+    """Return the reference, and when it begins in its cycle [s]."""
     path = write_sewing_bag(os.path.join(folder, 'good.bag'), SewingCycle('good', 3), PERIOD_S)
     run, = ChosenRuns(XmlParser().parse(CONFIG)).runs([str(path)])
     return run, run.begin_s
 
 
 def drive(case: Case, phases: Phases, begin_s: float) -> np.ndarray:
-    """Let the cell go once; return the errors [s] (n,), NaN where the moment is not known."""
+    """Run the cell once; return the errors [s] (n,), NaN where the moment is not known."""
     node, cycle = NodeHandle(), WarpedCycle(SewingCycle('good', 5), case.cycle_s)
     drivers: Dict[float, object] = {JOINT_HZ: JointDriver(node, cycle, JOINT_HZ),
                                     FORCE_HZ: ForceDriver(node, cycle, FORCE_HZ),
@@ -117,7 +117,7 @@ def _raise(error: Exception) -> None:
 
 
 def pid_of(node: str) -> int:
-    """The process of a node."""
+    """Return the process id of a node."""
     uri = rosgraph.Master('/bench').lookupNode(node)
     return int(ServerProxy(uri).getPid('/bench')[2])  # type: ignore[index, arg-type]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page of ``cell serve`` costs, and how late it shows a joint.
+"""Cost of a page of ``cell serve``, and the delay with which it shows a joint.
 
     bench/run live_page               # the simulated sewing cell: rates, processor, a stuck viewer
     bench/run live_page joint         # from a joint's message to the picture in Chromium
@@ -69,7 +69,7 @@ def main() -> int:
 
 
 class Processes:
-    """The running cell and its page, which has the address ``url``."""
+    """The running cell and its page at the address ``url``."""
 
     def __init__(self, config: str, *options: str, prefix: Tuple[str, ...] = ()) -> None:
         self._all: List['subprocess.Popen[bytes]'] = []
@@ -95,12 +95,12 @@ class Processes:
 
     @property
     def cpu_s(self) -> float:
-        """Processor time of the page so far."""
+        """Return the processor time of the page so far."""
         return processor_s(self.serve)
 
     @property
     def memory_mb(self) -> float:
-        """Resident memory of the page."""
+        """Return the resident memory of the page."""
         pages = int(Path(f'/proc/{self.serve.pid}/statm').read_text().split()[1])
         return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
 
@@ -112,7 +112,7 @@ def processor_s(process: 'subprocess.Popen[bytes]') -> float:
 
 
 def costs() -> None:
-    """The simulated cell, with none, one and ten viewers, and one that does not read."""
+    """Measure the simulated cell with none, one and ten viewers, and one that does not read."""
     cell = Processes(str(REPOSITORY / 'sewing_cell/devices/simulated.xml'))
     try:
         time.sleep(5.0)
@@ -128,7 +128,7 @@ def costs() -> None:
 
 
 async def watched(cell: Processes, count: int, is_with_stuck: bool) -> str:
-    """Let viewers look for some time; return the figures as a line."""
+    """Connect viewers for some time; return the figures as a line."""
     stuck = stuck_viewer() if is_with_stuck else None
     viewers = [await _viewer() for _ in range(count)]
     tasks = [asyncio.ensure_future(received(it)) for it in viewers]
@@ -156,9 +156,9 @@ async def _viewer() -> Any:
 
 
 async def received(viewer: Any, from_s: float = 0.0) -> Tuple[int, List[float], int]:
-    """Return how many bytes came, how old each frame was, and the bytes of curves.
+    """Return the number of bytes received, the age of each frame, and the bytes of curves.
 
-    What comes before ``from_s`` does not count.
+    Data before ``from_s`` does not count.
     """
     count = size = lanes = 0
     ages: List[float] = []
@@ -172,7 +172,7 @@ async def received(viewer: Any, from_s: float = 0.0) -> Tuple[int, List[float], 
         if time.monotonic() < from_s:
             continue
         length = len(message) + 4 + SEGMENT_BYTES
-        size += length + SEGMENT_BYTES  # an acknowledgment of TCP goes with an answer
+        size += length + SEGMENT_BYTES  # a TCP acknowledgment is sent with an answer
         if isinstance(message, bytes) and message[0] == 1:
             ages.append(time.time() - float(np.frombuffer(message, '<f8', 1, 8)[0]))
         elif isinstance(message, bytes):
@@ -193,7 +193,7 @@ SOAK_MINUTES = 30
 
 
 def soak() -> None:
-    """One viewer looks for half an hour, and once a minute another one comes and goes."""
+    """Keep one viewer for half an hour, while another one connects once a minute."""
     folder = Path(tempfile.mkdtemp())
     (folder / 'slide.urdf').write_text(MODEL)
     (folder / 'cell.xml').write_text(SLIDE)
@@ -220,7 +220,7 @@ BRIDGE_PORT = 9091
 
 
 def rosbridge(program: str) -> None:
-    """Measure rosbridge_websocket with what a page needs: transforms and the arrows' markers."""
+    """Measure rosbridge_websocket with a page's topics: transforms, and markers of the arrows."""
     sys.path.insert(0, str(REPOSITORY / 'test'))
     from two_networks import CELL as CELL_ADDRESS
     from two_networks import TwoNetworks
@@ -256,7 +256,7 @@ def rosbridge(program: str) -> None:
 
 
 async def listen(address: str, queue: int) -> None:
-    """Be a viewer of rosbridge for some time; print what came, and how old transforms were."""
+    """Be a viewer of rosbridge for some time; print the data received and the age of transforms."""
     viewer = await websocket_connect(f'ws://{address}:{BRIDGE_PORT}')
     devices = ('ur_rt_upper', 'ur_rt_lower', 'sewing_machine')
     for topic in ('/tf', '/tf_static', *(f'/{it}/marker_array' for it in devices)):
@@ -317,7 +317,7 @@ def link() -> None:
 
 
 async def watch(url: str) -> None:
-    """Be a viewer for some time; print what came, and how old it was."""
+    """Be a viewer for some time; print the data received and its age."""
     viewer = await websocket_connect(HTTPRequest(
         url.replace('http', 'ws', 1) + 'live', headers={'Origin': '/'.join(url.split('/')[:3])}))
     rows = asyncio.ensure_future(received(viewer, time.monotonic() + _SETTLING_S))
@@ -330,7 +330,7 @@ async def watch(url: str) -> None:
 
 
 def browse(url: str) -> None:
-    """Look with Chromium; print when the page says that it is cut off, and when it is back."""
+    """Open Chromium; print when the page says that it is cut off, and that it is connected."""
     driver = chromium((1280, 720))
     try:
         driver.get(url)
@@ -352,7 +352,7 @@ def browse(url: str) -> None:
 
 
 def joint() -> None:
-    """A slide moves evenly, so that where it is drawn says when that was published."""
+    """Measure with a slide that moves evenly: its drawn position gives the time of publication."""
     folder = Path(tempfile.mkdtemp())
     (folder / 'slide.urdf').write_text(MODEL)
     (folder / 'cell.xml').write_text(SLIDE)
@@ -369,7 +369,7 @@ def joint() -> None:
 
 
 def drawn_ages(size: Tuple[int, int]) -> List[float]:
-    """Open the page in Chromium; return how old the slide's place was at the end of each draw."""
+    """Open the page in Chromium; return the age of the slide's position at the end of each draw."""
     driver = chromium(size)
     try:
         driver.get(f'http://127.0.0.1:{PORT}/')
@@ -405,7 +405,7 @@ def chromium(size: Tuple[int, int]) -> Any:
 
 
 def origin_s() -> float:
-    """When the slide was at 0: the last full ten minutes [s since the epoch]."""
+    """Return the time when the slide was at 0: the last full ten minutes [s since the epoch]."""
     return 600.0 * (time.time() // 600.0)
 
 

@@ -6,7 +6,7 @@ usage: bench/run makers FOLDER [NAME …]
 FOLDER holds clones of the makers' description packages (MAKERS names them). For each robot a driver
 is imitated: joints alone, in parts, with a gripper, on two topics. From its recording `cell new`
 makes a configuration, which `cell check` and `cell compare` use: the same program again, later,
-slower, and held up at a point must stay within the band. Then the recording is played: at random
+slower, or paused at a point must stay within the band. Then the recording is played: at random
 positions each joint that is sent to the model is the newest in the recording. The tool's speed from
 joints is compared with that from poses. Frames are computed here, from the model's file alone.
 """
@@ -47,16 +47,16 @@ TIMEOUT_S = 60.0
 
 @dataclass(frozen=True)
 class Maker:
-    """A robot's model and how its driver sends joints: a list of joints for each message."""
+    """A robot's model, and the joints in each message of its driver."""
 
     name: str
     package: str
     path: str
     arguments: Tuple[str, ...] = ()
     parts: Tuple[str, ...] = ()
-    """Begins of the joints' names, a message for each; none: all in one message."""
+    """Prefixes of the joints' names, one for each message; none: all in one message."""
     topics: Tuple[str, ...] = ('joint_states',)
-    """One, or one for each part."""
+    """One topic, or one for each part."""
     more_joints: Tuple[str, ...] = ()
     """Joints that the model does not have."""
 
@@ -79,7 +79,7 @@ MAKERS = (
 
 
 class Model:
-    """A robot's frames, by its URDF alone."""
+    """A robot's frames, computed from its URDF alone."""
 
     def __init__(self, urdf: str) -> None:
         root = ElementTree.fromstring(urdf)
@@ -100,7 +100,7 @@ class Model:
         return next(parent for _, parent in self.parents.values() if parent not in self.parents)
 
     def place(self, link: str, joints: Dict[str, float]) -> np.ndarray:
-        """The link's frame in the root, 4x4."""
+        """Return the link's pose in the root, 4x4."""
         if link not in self.parents:
             return np.eye(4)
         joint, parent = self.parents[link]
@@ -150,7 +150,7 @@ def _motion(joint: ElementTree.Element, joints: Dict[str, float]) -> np.ndarray:
 
 
 def quaternion_of(rotation: np.ndarray) -> np.ndarray:
-    """x y z w; by the eigenvector of the largest eigenvalue, which is right for every angle."""
+    """Return x y z w, from the eigenvector of the largest eigenvalue: valid for every angle."""
     m = rotation
     k = np.array([
         [m[0, 0] - m[1, 1] - m[2, 2], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] - m[1, 2]],
@@ -161,7 +161,7 @@ def quaternion_of(rotation: np.ndarray) -> np.ndarray:
 
 
 class Program:
-    """Moves between random points, each with rests between, as most robot programs."""
+    """Moves between random points, with a rest at each, as most robot programs do."""
 
     def __init__(self, model: Model, seed: int) -> None:
         chance = np.random.default_rng(seed)
@@ -177,7 +177,7 @@ class Program:
 
     def joints(self, time_s: np.ndarray, slower: float = 1.0, late_s: float = 0.0,
                pause_s: float = 0.0) -> np.ndarray:
-        """Values at times, of which the begin is late, or a rest is longer, or all is slower."""
+        """Return values at times, with a later begin, a longer rest, or a lower speed."""
         rests = self.rests_s.copy()
         rests[0] += late_s
         rests[3] += pause_s
@@ -195,7 +195,7 @@ class Program:
 
 def write_bag(path: Path, maker: Maker, model: Model, program: Program, seed: int,
               tool: str = '', **variation: float) -> None:
-    """Joint states with noise of an encoder and jitter of the network; with poses of `tool`."""
+    """Return joint states with encoder noise and network jitter, and poses of `tool`."""
     chance = np.random.default_rng(seed)
     more_s = sum(variation.get(name, 0.0) for name in ('late_s', 'pause_s'))
     length_s = program.total_s * variation.get('slower', 1.0) + more_s
@@ -235,7 +235,7 @@ def command(*words: str) -> Tuple[int, str]:
 
 
 def speed_of(bag: Path, configuration: Path) -> Tuple[np.ndarray, np.ndarray]:
-    """Times, s, and the tool's speed, m/s, as the timeline draws it."""
+    """Return times [s] and the tool's speed [m/s], as the timeline draws it."""
     devices = XmlParser().parse(str(configuration)).devices
     for curve in read_curves([str(bag)], devices):
         if curve.unit == 'm/s':
@@ -244,7 +244,7 @@ def speed_of(bag: Path, configuration: Path) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def latest(path: Path, topics: Sequence[str]) -> List[Tuple[float, Dict[str, float]]]:
-    """What is known of each joint after each message, with its time since the begin."""
+    """Return the known joints after each message, with its time from the beginning."""
     known: Dict[str, float] = {}
     found = []
     with rosbag.Bag(str(path)) as bag:
@@ -274,7 +274,7 @@ def played(configuration: Path, bag: Path, log: Path) -> Iterator[PlayerClient]:
 
 
 class Shown:
-    """The joints that the publisher of frames has been sent, by their names in the model."""
+    """The joints that robot_state_publisher receives, by their names in the model."""
 
     def __init__(self, topic: str) -> None:
         self.joints: Dict[str, float] = {}
@@ -291,11 +291,11 @@ class Shown:
             self._changed.notify_all()
 
     def _position(self, name: str) -> float:
-        """Of a joint whose name in the model may lack the driver's prefix."""
+        """Return the position of a joint whose name in the model may lack the driver's prefix."""
         return self.joints.get(name, self.joints.get(name.partition('_')[2], math.nan))
 
     def wait_for(self, expected: Dict[str, float]) -> float:
-        """The greatest difference that is left, rad; waits until there is none, or 3 s."""
+        """Return the greatest remaining difference, rad; waits until there is none, at most 3 s."""
         def difference() -> float:
             return max(abs(self._position(name) - value) for name, value in expected.items())
 
@@ -327,7 +327,7 @@ def main() -> None:
 
 
 class Trial:
-    """What is tried with one maker's robot."""
+    """The trial of one maker's robot."""
 
     def __init__(self, maker: Maker, seed: int) -> None:
         self.maker, self.seed = maker, seed
@@ -367,7 +367,7 @@ class Trial:
         return found
 
     def with_own_model(self) -> str:
-        """The model that was guessed; joints of many robots are called alike, so a user chooses."""
+        """Set the right model, as a user does: many robots share joint names; return the guess."""
         text = self.configuration.read_text()
         found = re.search(r'<model pkg="([^"]*)" path="([^"]*)"', text)
         if found is None:
@@ -385,7 +385,7 @@ class Trial:
         return f'{found.group(1)}/{found.group(2)}'
 
     def positions(self, bag: Path) -> Dict[str, Any]:
-        """How far off the joints are, paused at random positions."""
+        """Return the errors of the joints, paused at random positions."""
         chance = random.Random(self.seed)
         device = XmlParser().parse(str(self.configuration)).devices[0]
         known = latest(bag, [topic.name for topic in device.topics])
@@ -404,7 +404,7 @@ class Trial:
                 'off_rad': float(max(off))}
 
     def speed(self, good: Path) -> Dict[str, Any]:
-        """The tool's speed from joints, beside that from poses of the same frame."""
+        """Compare the tool's speed from joints with that from poses of the same frame."""
         tool = re.search(r'tool frame +(\S+)', command('show', str(self.configuration))[1])
         if tool is None or tool.group(1) not in self.model.parents:
             return {'speed': 'no tool'}

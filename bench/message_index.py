@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The index of a message within its topic, in the messages of the made bags."""
+"""The index of a message within its topic, in the messages of the generated bags."""
 from __future__ import annotations
 
 import struct
@@ -40,20 +40,20 @@ def indexes(message_type: str, fronts: np.ndarray) -> np.ndarray:
 
 
 def array_message(index: int, values: Sequence[float]) -> bytes:
-    """A std_msgs/Float32MultiArray: the index as one number of padding, then the values."""
+    """Return a std_msgs/Float32MultiArray: the index as one number of padding, then the values."""
     return struct.pack(f'<IIIf{len(values)}f', 0, 1, 1 + len(values), index, *values)
 
 
 def edge_message(index: int) -> bytes:
-    """A std_msgs/UInt16, below 65536."""
+    """Return a std_msgs/UInt16, below 65536."""
     return struct.pack('<H', index)
 
 
 def feed_rate_message(index: int) -> bytes:
-    """A std_msgs/Float32 [m/s]."""
+    """Return a std_msgs/Float32 [m/s]."""
     return struct.pack('<f', index * FEED_RATE_STEP)
 
 
 def text_message(index: int, size: int) -> bytes:
-    """A std_msgs/String of this many bytes, at least 12."""
+    """Return a std_msgs/String of this many bytes, at least 12."""
     return struct.pack('<I', size - 4) + f'{index:08d}'.encode().ljust(size - 4, b'.')

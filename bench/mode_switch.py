@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From live to playback and back, in one click each: how long until the scene is there.
+"""Delay of the switches from live to playback and back, with one click each.
 
 usage: bench/run mode_switch [--times 10]
 
 The simulated cell without its Kinect, in the real window with RViz. To playback: until a robot's
-joint states are those of the place where playback was left; to live: until they are the driver's.
+joint states are those of the position where playback was left; to live: until they are the
+driver's.
 """
 from __future__ import annotations
 
@@ -35,7 +36,7 @@ class Robot:
         self.positions = message.position
 
     def is_at(self, place: Tuple[float, ...], within: float = SAME) -> bool:
-        """Whether the robot is at a place."""
+        """Return whether the robot's joints are at a position."""
         return len(self.positions) == len(place) > 0 and bool(
             np.allclose(self.positions, place, rtol=0.0, atol=within))
 
@@ -63,7 +64,7 @@ def main() -> None:
 
 def measured(bench: BenchWindow, playback: PlaybackModel,
              times: int) -> Tuple[List[float], List[float]]:
-    """How long it took [s] to be live, and to be at the same place of the recording again."""
+    """Return the times [s] until live, and until the same position of the recording again."""
     robot, live, back = Robot(), [], []
     place = go_away(robot, playback)
     for _ in range(times):
@@ -78,7 +79,7 @@ def measured(bench: BenchWindow, playback: PlaybackModel,
 
 
 def go_away(robot: Robot, playback: PlaybackModel) -> Tuple[float, ...]:
-    """Stand where the robot is not as at the beginning; return its joint positions."""
+    """Seek to where the robot's pose differs from the beginning; return its joint positions."""
     playback.pause()
     playback.seek(0.0)
     pause(REST_S)
@@ -92,7 +93,7 @@ def go_away(robot: Robot, playback: PlaybackModel) -> Tuple[float, ...]:
 
 
 def taken_s(bench: BenchWindow, name: str, is_there: Callable[[], bool]) -> float:
-    """Click, and return how long it takes [s] until the scene is there."""
+    """Click, and return the time [s] until the scene is there."""
     begin_s = time.monotonic()
     bench.click(name)
     until(is_there, TIMEOUT_S)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Robots of a cell as a depth camera sees them while they move, taken out of its clouds, and
-/// objects in what remains: how well, and in how much time.
+/// Measures how well, and how fast, moving robots are removed from the clouds of a depth camera,
+/// and objects are found in the rest.
 ///
 /// usage: objects_benchmark FRAMES SCENES SPEED_RAD_PER_S DELAY_S URDF...
-/// DELAY_S is by how much the robots' poses are older than the clouds. The first scene is always
-/// the same; in each other one all sizes, places, speeds and phases are drawn by its number.
+/// DELAY_S is the age of the robots' poses relative to the clouds. The first scene is always the
+/// same; sizes, positions, speeds and phases of the others are drawn from their numbers.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -35,7 +35,7 @@ std::vector<std::uint8_t> readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// What a real object was when it was seen last.
+/// Number, time and state of a real object when it was last seen.
 struct Sight {
   std::uint32_t number;
   double time;  ///< s
@@ -43,8 +43,8 @@ struct Sight {
 
 struct Figures {
   long robot = 0, missed = 0, others = 0, taken = 0, false_objects = 0, seen = 0, frames = 0;
-  long twice = 0;      ///< how often one object had two numbers at once
-  long exchanged = 0;  ///< how often one had another number than when it was seen last
+  long twice = 0;      ///< cases in which one object had two numbers at once
+  long exchanged = 0;  ///< cases in which one had another number than when it was last seen
   long exchanged_late = 0, occlusions = 0;  ///< of 0.5 s or more
   double label_s = 0, find_s = 0, track_s = 0;
   std::vector<float> size_errors;  ///< of edges of objects that stand on the table, m
@@ -58,7 +58,7 @@ double since(std::clock_t begin) {
 void count(Figures& figures, const DepthCamera& camera, const std::vector<Label>& labels) {
   for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
     const std::int8_t thing = camera.things()[pixel];
-    if (thing < 0) continue;  // nothing, or made up
+    if (thing < 0) continue;  // nothing, or an artifact
     const bool is_free = labels[pixel] == Label::kFree;
     if (thing == kRobot) {
       ++figures.robot;
@@ -71,7 +71,7 @@ void count(Figures& figures, const DepthCamera& camera, const std::vector<Label>
 }
 
 void compareSize(Figures& figures, const MovingObject& object, Vector3f size) {
-  if (!object.stands()) return;  // it hovers: its lower side is not seen
+  if (!object.stands()) return;  // it hovers: its lower side is not visible
   Vector3f expected = object.size;
   std::sort(size.data(), size.data() + 2);
   std::sort(expected.data(), expected.data() + 2);
@@ -99,9 +99,9 @@ class Comparison {
   }
 
  private:
-  static constexpr float kBeside = 0.05F;  // m: so far beside an object is another one
+  static constexpr float kBeside = 0.05F;  // m: a farther point belongs to another object
 
-  /// How far a place is from an object, seen from above, m.
+  /// Returns the distance of a point from an object, seen from above, m.
   float beside(std::size_t object, const Vector3f& place, double time) const {
     const Vector3f inside = objects_[object].poseAt(time).inverse() * place;
     return (inside.cwiseAbs() - objects_[object].size / 2).cwiseMax(0).head<2>().norm();
@@ -166,7 +166,7 @@ std::vector<KnownBody> bodiesOf(const std::vector<MovingRobot>& robots) {
 class Benchmark {
  public:
   /// \param speed  of all joints, rad/s
-  /// \param delay  by how much the poses of robots are older than clouds, s
+  /// \param delay  age of the robots' poses relative to the clouds, s
   Benchmark(std::vector<MovingRobot> robots, double speed, double delay)
       : robots_(std::move(robots)), finder_(bodiesOf(robots_), {}), speed_(speed), delay_(delay) {}
 

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How well robots are taken out of clouds, and objects found in the rest, and the time it takes.
+"""Accuracy and time of removing robots from clouds and finding objects in the rest.
 
 usage: bench/run objects [--frames 1000] [--scenes 3]
 
 Two robots of the sewing cell move all their joints at 1 rad/s before a Kinect (640x480, with its
 noise and mixed pixels), above a table with five objects, two of which move on circles. A board as a
-robot may carry it passes over the table, and hides each object for 0.5 to 1.7 s. Which pixel is
-whose is known, as the clouds are drawn. The first scene is always the same; sizes, places and
-speeds in each other one are drawn by its number. Once the robots' poses are those of the clouds'
-time, once they are 5 ms older. Bounds of the issue: at least 99.5 % of the points on robots and at
-most 0.5 % of others are taken out, at most one number is exchanged in 1,000 clouds, and the whole
-takes half of a core at 30 Hz, which is 16.7 ms for each cloud.
+robot may carry it passes over the table, and hides each object for 0.5 to 1.7 s. The owner of each
+pixel is known, as the clouds are rendered. The first scene is always the same; sizes, positions and
+speeds of the others are drawn from their numbers. The robots' poses first have the clouds' time,
+then they are 5 ms older. Limits: at least 99.5 % of the points on robots and at most 0.5 % of
+others are removed, at most one number is exchanged in 1,000 clouds, and all of it takes at most
+half of a core at 30 Hz, which is 16.7 ms for each cloud.
 """
 from __future__ import annotations
 

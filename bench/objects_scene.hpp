@@ -26,7 +26,7 @@ inline Eigen::Isometry3f toEigen(const urdf::Pose& pose) {
          Eigen::Quaterniond(w, x, y, z).cast<float>();
 }
 
-/// A robot whose joints all turn to and fro, each with the same speed.
+/// A robot whose joints all turn back and forth, each with the same speed.
 class MovingRobot {
  public:
   /// \param urdf  with absolute paths of meshes
@@ -35,13 +35,13 @@ class MovingRobot {
 
   const std::vector<LinkGeometry>& links() const { return links_; }
 
-  /// Lets each joint begin anywhere on its way.
+  /// Lets each joint begin at a random phase.
   void drawPhases(std::mt19937& random) {
     std::uniform_real_distribution<double> phase(0, 2 * M_PI);
     for (const auto& [name, joint] : model_->joints_) phases_[name] = phase(random);
   }
 
-  /// \param turned  by how much each joint has turned since the beginning, rad
+  /// \param turned  angle by which each joint has turned since the beginning, rad
   Eigen::Isometry3f poseOf(const std::string& link, double turned) const {
     const urdf::LinkConstSharedPtr found = model_->getLink(link);
     if (!found->parent_joint) return base_;
@@ -63,8 +63,8 @@ class MovingRobot {
   Eigen::Isometry3f base_;
 };
 
-/// A board that a robot carries to and fro over the whole table, 1.3 m below the camera. It hides
-/// each object for about 0.5 to 1 s.
+/// A board that a robot carries back and forth over the whole table, 1.3 m below the camera. It
+/// hides each object for about 0.5 to 1 s.
 struct Board {
   Eigen::Vector3f size{0.36F, 1.2F, 0.02F};
 
@@ -89,7 +89,7 @@ struct MovingObject {
 
   bool stands() const { return center.z() <= size.z(); }
 
-  /// How far from its center it or its way reaches, m.
+  /// Returns the greatest distance from its center that it reaches on its way, m.
   float reach() const { return radius + size.head<2>().norm() / 2; }
 };
 
@@ -102,7 +102,7 @@ inline std::vector<MovingObject> firstObjects() {
           {{0.25F, 0.15F, 0.10F}, {0.15F, 0.60F, 0.05F}, 0, 0}};
 }
 
-/// Objects like these at any places beside the robots' bases, 10 cm from each other or more; one of
+/// Objects like these at random positions beside the robots' bases, at least 10 cm apart; one of
 /// those that move hovers.
 inline std::vector<MovingObject> drawnObjects(std::mt19937& random) {
   const auto between = [&](float least, float most) {

@@ -6,7 +6,7 @@ usage: python3 bench/open.py [--minutes 1,10,60] [--readers rosbags,…] [--runs
 
 The bags have 9 topics with 838 small messages a second (two robots at 125 Hz with tool frames and
 forces, and sensors), in chunks of 768 KB as `rosbag record` writes them, and are kept in the folder
-for the next run. Every figure is of a fresh process that has imported its reader: the time from
+for the next run. Each figure is from a fresh process that has imported its reader: the time from
 the path to the open bag (median of the runs, the file in the page cache) and the greatest memory of
 the process. The last column is the time to the bytes of the first message at 90 %.
 """
@@ -62,7 +62,7 @@ print(opened - begin, memory / 1024, time.perf_counter() - opened)
 
 
 class Figures(NamedTuple):
-    """Time to open [s], greatest memory by then [MB], time to a message at 90 % [s]."""
+    """Return time to open [s], greatest memory by then [MB], time to a message at 90 % [s]."""
 
     open_s: float
     memory_mb: float

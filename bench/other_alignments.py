@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alignments as other tools have them: none, at the start, warping of the signal."""
+"""Alignments of other tools: none, at the start, warping of the signal."""
 from __future__ import annotations
 
 from typing import Callable, Dict
@@ -21,14 +21,14 @@ def unaligned(_reference: Run, _run: Run) -> TimeMap:
 
 
 def at_start(reference: Run, run: Run) -> TimeMap:
-    """The first event of both is one moment (TrendMiner, Sift)."""
+    """The first event of both is the same moment (TrendMiner, Sift)."""
     if not reference.events or not run.events:
         return shift(0.0)
     return time_map(np.array([reference.events[0].time_s]), np.array([run.events[0].time_s]))
 
 
 def warped_on_signal(reference: Run, run: Run) -> TimeMap:
-    """Dynamic time warping, without bounds, of what is judged: variables and forces."""
+    """Dynamic time warping, without limits, of the judged signals: variables and forces."""
     first, second = _judged(reference), _judged(run)
     spread = first.std(axis=0) + 1e-9
     costs = (((first[:, np.newaxis] - second[np.newaxis]) / spread) ** 2).sum(axis=2)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A renderer of depth clouds that shares nothing with bench/sensed_world.hpp, and a judge of what
-/// the finder makes of them. Shapes are analytic; only public headers of the finder are used.
+/// A renderer of depth clouds that shares nothing with bench/sensed_world.hpp, and an evaluation of
+/// the finder's results. Shapes are analytic; only public headers of the finder are used.
 ///
 /// usage: other_scenes_benchmark [--scene a,b,…] [--sensor kinect,realsense,tof] [--hz 5,10,30]
 ///        [--seed 1,2] [--learn 0,1] [--seconds 8] [--dump]
@@ -81,7 +81,7 @@ float hitSphere(const V& o, const V& d, const V& c, float r) {
   return t > 1e-4F ? t : kFar;
 }
 
-/// Where a ray enters a shape (parameter of d), or kFar. Origins inside see nothing of it.
+/// Returns where a ray enters a shape (parameter of d), or kFar. An origin inside does not hit it.
 float hit(const Shape& s, const V& origin, const V& direction) {
   const V o = s.pose.linear().transpose() * (origin - s.pose.translation());
   const V d = s.pose.linear().transpose() * direction;
@@ -136,14 +136,14 @@ float distance(const Shape& s, const V& place) {
 
 enum class Role { kRobot, kModel, kSurface, kFixture, kIntruder };
 
-/// A part of the world. Fixtures (walls, fence, shelf) and intruders are what nobody modeled.
+/// A part of the world. Fixtures (walls, fence, shelf) and intruders are unmodeled.
 struct Thing {
   std::string name;
   Role role;
   std::function<std::vector<Shape>(double)> shapes;
-  double from = -1e9, to = 1e9;  ///< s: when it is there
+  double from = -1e9, to = 1e9;  ///< s: period in which it is present
   bool still = true;
-  V size = V::Zero();  ///< of a box whose size is to be judged
+  V size = V::Zero();  ///< of a box whose size is to be evaluated
   bool isThere(double t) const { return t >= from && t < to; }
   bool isUnmodeled() const { return role == Role::kFixture || role == Role::kIntruder; }
 };
@@ -152,7 +152,7 @@ Thing fixed(const std::string& name, Role role, std::vector<Shape> shapes) {
   return {name, role, [shapes](double) { return shapes; }};
 }
 
-/// A person of fifteen parts who follows straight lines between places, and stands at their ends.
+/// A person of fifteen parts who walks straight lines between positions, and stands at their ends.
 struct Walk {
   std::vector<Eigen::Vector2f> stops;
   float speed, pause, height;
@@ -224,8 +224,8 @@ std::vector<Shape> person(const Walk& walk, double t, float lift_arm) {
 
 // ---------------------------------------------------------------- the robot
 
-/// Six joints, capsules and a box; its links as shapes (truth) and as meshes (what the finder
-/// gets).
+/// Six joints, capsules and a box; its links as shapes (ground truth) and as meshes (input of the
+/// finder).
 struct Robot {
   Pose base;
   float pace = 1;
@@ -293,12 +293,12 @@ pv::cloud::Surface meshOf(const std::vector<Shape>& shapes) {
 struct World {
   std::vector<Thing> things;
   Robot robot;
-  Pose sensor;    ///< global from camera, as it really is
-  Pose believed;  ///< as the finder is told
+  Pose sensor;    ///< camera in the global frame, true
+  Pose believed;  ///< as given to the finder
   pv::cloud::Box region{Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(4, 4, 2.5)};
   double covered_from = 1e9;     ///< s: something lies on the lens
   float covered_at = 0.05F;      ///< m, or NaN
-  std::vector<int> body_things;  ///< of models that are no robots, in order of the bodies
+  std::vector<int> body_things;  ///< of models other than robots, in order of the bodies
 };
 
 Pose lookAt(const V& from, const V& to) {
@@ -336,10 +336,10 @@ void addPerson(World& w, const std::string& name, const Walk& walk, float lift_a
   w.things.push_back(thing);
 }
 
-/// What stands where, and what moves where when: so that nothing passes through anything else.
+/// Positions of static and moving things over time, so that nothing passes through anything else.
 struct Spots {
   using Way =
-      std::function<std::optional<Eigen::Vector2f>(double)>;  ///< nothing while it is not there
+      std::function<std::optional<Eigen::Vector2f>(double)>;  ///< nothing while it is absent
   struct Mover {
     Way way;
     float radius;
@@ -369,7 +369,7 @@ struct Spots {
   }
 };
 
-/// Things that nobody modeled, chosen by the seed. \param top  height of a table around the robot,
+/// Unmodeled things, chosen by the seed. \param top  height of a table around the robot,
 /// or 0
 void addIntruders(World& w, Rng& rng, Spots& spots, double seconds, bool has_walls) {
   const auto place = [&](float r, float lo, float hi) -> std::optional<Eigen::Vector2f> {
@@ -381,7 +381,7 @@ void addIntruders(World& w, Rng& rng, Spots& spots, double seconds, bool has_wal
     }
     return std::nullopt;
   };
-  const auto when = [&](Thing& thing) {  // half of them from the start, the others come later
+  const auto when = [&](Thing& thing) {  // half are there from the start, the others come later
     if (uniform(rng, 0, 1) < .5F) thing.from = uniform(rng, 1, static_cast<float>(seconds) * .6F);
     w.things.push_back(thing);
   };
@@ -419,7 +419,7 @@ void addIntruders(World& w, Rng& rng, Spots& spots, double seconds, bool has_wal
                            cylinder(pose * at({0, 0, .42F}), .3F, .04F)});
       when(thing);
     }
-  } else {  // a trolley that is pushed in by nobody
+  } else {  // a trolley that moves in by itself
     const float side = uniform(rng, 0, 1) < .5F ? -1.F : 1.F, v = uniform(rng, .4F, .9F);
     for (const float y : {1.4F * side, -1.4F * side}) {
       const auto x = [v](double t) { return 2.2F - v * static_cast<float>(t - 1); };
@@ -471,7 +471,7 @@ void addIntruders(World& w, Rng& rng, Spots& spots, double seconds, bool has_wal
     w.things.push_back(thing);
     break;
   }
-  {  // a box that is thrown across
+  {  // a box that is thrown through the scene
     const float v = uniform(rng, 1.5F, 3), edge = uniform(rng, .12F, .3F),
                 y = uniform(rng, -1.2F, 1.2F);
     const double start =
@@ -541,8 +541,8 @@ void addWalls(World& w, int count, float distance) {
 }
 
 /// Scenes: a open floor and table from above; b corner of a room at 45°; c low sensor; d
-/// palletiser; e workbench, fence, shelf. Special: L covered lens, N covered with NaN, K knocked by
-/// 10°, P person cut by the height of a table elsewhere, W people before a wall.
+/// palletizer; e workbench, fence, shelf. Special: L covered lens, N covered with NaN, K knocked by
+/// 10°, P person cut off at the height of a table elsewhere, W people in front of a wall.
 World build(char scene, unsigned seed, double seconds) {
   Rng rng(1000 * seed + static_cast<unsigned>(scene));
   World w;
@@ -693,7 +693,7 @@ const char* nameOf(Sensor s) {
 struct Image {
   std::vector<float> depth, truth;  ///< along z; 0: nothing
   std::vector<int> owner;           ///< thing, or -1
-  std::vector<int> alone;           ///< of each thing: pixels if nothing were before it
+  std::vector<int> alone;           ///< of each thing: pixels if nothing were in front of it
 };
 
 /// Smooth noise of standard deviation 1: white noise on a grid of `step` pixels, interpolated.
@@ -757,7 +757,7 @@ Image render(const World& w, double t, const Lens& lens) {
   return image;
 }
 
-/// Makes what the sensor would measure out of the true depth.
+/// Turns true depths into a sensor's measurements.
 void measure(Image& image, Sensor sensor, const Lens& lens, Rng& rng,
              const std::vector<float>& wavy) {
   const int W = lens.width, H = lens.height;
@@ -796,7 +796,7 @@ void measure(Image& image, Sensor sensor, const Lens& lens, Rng& rng,
         if (other > 0 && uniform(rng, 0, 1) < .4F) d += (other - d) * uniform(rng, 0, 1);
         const int k = std::max(2, static_cast<int>(.1F * lens.f / d));
         if (u >= k && u + k < W && v >= k &&
-            v + k < H) {  // light that takes the way over the other wall
+            v + k < H) {  // light that takes the path over the other wall
           float bend = 0;
           for (const auto& [a, b] : {std::pair(p - k, p + k), std::pair(p - k * W, p + k * W)})
             if (z[a] > 0 && z[b] > 0 && std::abs(z[a] - d) < .25F && std::abs(z[b] - d) < .25F)
@@ -810,7 +810,7 @@ void measure(Image& image, Sensor sensor, const Lens& lens, Rng& rng,
   image.depth = out;
 }
 
-// ---------------------------------------------------------------- the judge
+// ---------------------------------------------------------------- the evaluation
 
 struct Tally {
   long clouds = 0, falses = 0, exchanged = 0, renumbered = 0, splits = 0, sights = 0, missed = 0,
@@ -883,10 +883,10 @@ class Judge {
 
  private:
   struct State {
-    int seen = 0;        ///< clouds in a row in which it was to be seen
+    int seen = 0;        ///< consecutive clouds in which it had to be detected
     bool shown = false;  ///< in this visit
     std::uint32_t number = 0;
-    std::vector<V> places;  ///< as much of it as was seen last
+    std::vector<V> places;  ///< its points when it was last seen
   };
 
   void say(const char* what, double t, std::uint32_t number, const std::string& thing,
@@ -897,7 +897,7 @@ class Judge {
                   thing.c_str(), place.x(), place.y(), place.z(), more.c_str());
   }
 
-  /// Boxes as `cell expect` makes them of what is seen for 3 s before anybody comes.
+  /// Boxes that `cell expect` makes of what is seen for 3 s before anyone comes.
   void learn() {
     const World full = w_;
     for (Thing& thing : w_.things)
@@ -992,8 +992,8 @@ class Judge {
     return tracked;
   }
 
-  /// The points of each tracked object in this cloud: tracks do not keep them. What was found has
-  /// the same number of points, or, if parts were added, together as many.
+  /// Returns the points of each tracked object in this cloud: tracks do not keep them. The found
+  /// object has the same number of points, or, if parts were added, several together have.
   static std::vector<Cluster> placesOf(const std::vector<TrackedObject>& tracked,
                                        const std::vector<FoundObject>& found) {
     std::vector<Cluster> places(tracked.size());
@@ -1044,7 +1044,7 @@ class Judge {
       return least;
     };
     const size_t count = w_.things.size();
-    // What is in view of each thing: in the region, outside expected boxes.
+    // The visible points of each thing: in the region, outside expected boxes.
     std::vector<std::vector<V>> visible(count);
     std::vector<float> nearest(count, kFar), sigma(count, 0);
     std::vector<V> nearest_place(count, V::Zero());
@@ -1068,7 +1068,7 @@ class Judge {
           nearest[i] = d, nearest_place[i] = it,
           sigma[i] = sigmaOf(run_.sensor, (w_.sensor.inverse() * it).z());
       }
-    // Whose points the objects have.
+    // The things to which the objects' points belong.
     const Pose camera = w_.believed.inverse();
     std::vector<std::map<int, int>> shares(tracked.size());
     std::vector<int> main(tracked.size(), -1);
@@ -1106,7 +1106,7 @@ class Judge {
         if (o >= 0 && w_.things[o].isUnmodeled() && n > most) most = n, main[i] = o;
       if (main[i] < 0) continue;
       objects_of[main[i]].push_back(i);
-      // A number that stands for another thing than before.
+      // A number that belonged to another thing before.
       const auto [known, is_new] = thing_of_.try_emplace(it.number, main[i]);
       if (!is_new && known->second != main[i]) {
         const bool counts = w_.things[known->second].role == Role::kIntruder ||
@@ -1184,7 +1184,7 @@ class Judge {
         state.shown = false;
       }
       if (knocked) continue;
-      // The least distance that is shown of it, its own or that of what it was taken for a part of.
+      // The least distance shown for it: its own, or that of the object taken to contain it.
       float least = kFar;
       std::uint32_t number = 0;
       V where = V::Zero();
@@ -1254,8 +1254,8 @@ class Judge {
     }
   }
 
-  /// Where the place is that is really nearest, what labels are around it, and whether objects have
-  /// it.
+  /// Returns the position of the nearest point, the labels around it, and whether it is part of an
+  /// object.
   std::string causeAt(const Image& image, const Scene& scene, const V& place,
                       const std::vector<Cluster>& places_of) {
     const V c = w_.sensor.inverse() * place;
@@ -1285,7 +1285,7 @@ class Judge {
     return finder_.label(points, scene);
   }
 
-  /// Which labels the pixels of a thing got, to find causes.
+  /// Returns the labels of the pixels of a thing, to find causes.
   std::string fateOf(const Image& image, const Scene& scene, size_t thing) {
     if (!dump) return "";
     const auto labels = labelsOf(image, scene);
@@ -1300,8 +1300,8 @@ class Judge {
     return out + " noise " + std::to_string(finder_.noise().at_one_m);
   }
 
-  /// Whether a place is in the region, and not so near to its edge that noise may have put it
-  /// there.
+  /// Returns true if a point is in the region, and not so near to its edge that noise may have
+  /// moved it there.
   bool inner(const V& place, float inset) const {
     const V from = (place - w_.region.center().cast<float>()).cwiseAbs();
     const V half = w_.region.halfExtents().cast<float>();

@@ -4,7 +4,7 @@
 usage: bench/run own_cell FOLDER [--seconds 20]
 
 The packages ur_description and franka_description are below the folder. Angles are measured from
-the motion at the time of the velocity; in brackets, from that at the moment of drawing.
+the motion at the time of the velocity; those in brackets, from the motion at the moment of drawing.
 """
 from __future__ import annotations
 

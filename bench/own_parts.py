@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Our definitions, checksums, values and chunks beside those of the library rosbags, in pairs.
+"""Compares our definitions, checksums, values and chunks with those of the library rosbags.
 
 usage: python3 bench/own_parts.py [--runs 5]    (in the workspace)
 
-All message types that are installed are parsed and summed; some definitions that are right for
-ROS, and unusual, are too. Messages are read for the first time, which includes their definition,
-and then again; and damaged in thousands of ways. Stamps are moved in the bytes of a message, beside
-reading, changing and writing it with rosbags, and of a picture beside a copy of its bytes: a row
-that ends with (!) is slower than these. The last row is a chunk of 530 bytes that holds
-700 MB, though its header says 1 kB: how much memory is taken. Medians of the runs.
+All installed message types are parsed and their checksums computed; so are some unusual
+definitions that are valid in ROS. Messages are read for the first time, which includes their
+definition, and then again; and damaged in thousands of ways. Moving the stamps in the bytes of a
+message is compared with reading, changing and writing it with rosbags, and for a picture with a
+copy of its bytes: a row that ends with (!) is slower. The last row is a chunk of 530 bytes that
+holds 700 MB, though its header says 1 kB: its figure is the memory used. Medians of the runs.
 """
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _md5_of_rosbags(kind: str, text: str) -> str:
 def _is_right(md5: Callable[[str, str], str], text: str) -> bool:
     try:
         return md5('p/M', text) == genpy.dynamic.generate_dynamic('p/M', text)['p/M']._md5sum
-    except Exception as error:  # whatever a library may raise is a figure here
+    except Exception as error:  # whatever exception a library raises is a figure here
         print(f'  {text!r}: {type(error).__name__}')
         return False
 
@@ -171,13 +171,13 @@ def _later(stamp_ns: int) -> int:
 
 
 def _judge(what: str, limit_s: float, ours_s: float, scale: float) -> None:
-    """Print a row; what is slower than its peer is marked."""
+    """Print a row; one that is slower than its peer is marked."""
     print(f'{what} {limit_s * scale:.3f}, ours {ours_s * scale:.3f}'
           f'{" (!)" if ours_s > limit_s else ""}')
 
 
 def _in_pairs(runs: int, repeats: int, *calls: Callable[[], Any]) -> List[float]:
-    """The median time [s] of each of the calls, made in turn."""
+    """Return the median time [s] of each of the calls, made in turn."""
     times: Dict[int, List[float]] = {number: [] for number in range(len(calls))}
     for _ in range(runs):
         for number, call in enumerate(calls):
@@ -193,7 +193,7 @@ def _print(what: str, rosbags_s: float, ours_s: float, scale: float) -> None:
 
 
 def _damaged(read: Reader, data: bytes) -> 'Counter[str]':
-    """What comes of messages that are cut off, or have wild numbers in them."""
+    """Return the results for messages that are cut off, or contain wild numbers."""
     found: Counter[str] = Counter()
     chance = random.Random(3)
     for number in range(_DAMAGES):

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of a run: how large, how soon, how smooth; and the film made of it.
+"""The page of a run: size, loading time and smoothness; and the film made of it.
 
 usage: bench/run page RUN [--reference GOOD …] [--clouds] [--film]
 
 The browser is a Chromium without a window and without a graphics card, 1280x720. Times of the page
-itself are taken by its own clock.
+itself are measured by its own clock.
 """
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ SEEK = '''new Promise((done) => {
 
 
 def timed(words: List[str]) -> str:
-    """Run a command; return its wall and processor time in words."""
+    """Run a command; return its wall and processor time as text."""
     before, begin_s = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     subprocess.run(words, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -56,7 +56,7 @@ def timed(words: List[str]) -> str:
 
 
 def film_parts(page: Path, frames: int) -> str:
-    """Return what a frame of a film takes to be drawn, grabbed and encoded, one after the other."""
+    """Return the time to draw, grab and encode a frame of a film, one after the other."""
     drawn, grabbed, pictures = 0.0, 0.0, []
     with HeadlessBrowser(page, SIZE, 'film') as browser:
         begin_s, _ = browser.evaluate('[page.run.begin, page.run.end]')
@@ -97,7 +97,7 @@ def main() -> int:
         with HeadlessBrowser(path, SIZE) as browser:
             print(f'first picture in a new browser after {browser.evaluate(FIRST) / 1000:.2f} s')
             again = path.with_name('again.html')
-            path.rename(again)  # another address, so that nothing is kept of the first one
+            path.rename(again)  # another address, so that nothing of the first one is cached
             browser.open(again)
             print(f'in a browser that runs after {browser.evaluate(FIRST) / 1000:.2f} s')
             print(f'playing: {browser.evaluate(PLAY):.1f} pictures a second')

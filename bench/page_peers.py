@@ -7,10 +7,10 @@
 
 RUN.mcap is that of ``cell export`` without reference, of a recording without frames of its own
 (``rosbag filter BAG OUT "m._type != 'tf2_msgs/TFMessage'"``): its models, frames and numbers are
-those of the page. The browser is Chromium without a graphics card, 1280x720; a first picture is the
-first with at least half of the models' triangles, from the start of the navigation. The processor
-time of the browser's processes until then depends less on what else the computer does. RERUN is its
-program, whose server on this computer brings viewer and recording.
+those of the page. The browser is Chromium without a graphics card, 1280x720; the first picture is
+the first with at least half of the models' triangles, and its time counts from the start of the
+navigation. The processor time of the browser's processes until then depends less on other load.
+RERUN is its program, whose server on this computer provides viewer and recording.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Part(NamedTuple):
 
 
 class Contents(NamedTuple):
-    """What an MCAP file shows: models, poses by frame (n, 8) with times, numbers by topic (n, 2).
+    """Content of an MCAP file: models, poses by frame (n, 8) with times, numbers by topic (n, 2).
 
     Times are seconds from the first pose; a pose is x y z [m], x y z w.
     """
@@ -175,7 +175,7 @@ def _write_rerun(contents: Contents, path: Path) -> None:
 
 
 def measure(page: Path, folder: Path, rerun: str) -> None:
-    """Print sizes, and how long each takes to its first picture, in turns."""
+    """Print sizes, and the time of each to its first picture, measured in turns."""
     half = int((folder / 'triangles').read_text()) // 2
     files = {'page': page, 'meshcat': folder / PAGE, 'Rerun': folder / RERUN}
     times_s: Dict[str, List[Tuple[float, float]]] = {name: [] for name in files}
@@ -196,7 +196,7 @@ def measure(page: Path, folder: Path, rerun: str) -> None:
 
 @contextmanager
 def _address(path: Path, rerun: str) -> Iterator[str]:
-    """Where a browser finds a file; a recording needs Rerun's server."""
+    """Yield the address of a file for a browser; a recording needs Rerun's server."""
     if path.name != RERUN:
         yield path.absolute().as_uri()
         return
@@ -226,7 +226,7 @@ def _await(address: str) -> None:
 
 
 def first_picture(address: str, half: int) -> Tuple[float, float]:
-    """Return when the first picture is there in a new browser [s], and its processor time [s]."""
+    """Return the time to the first picture in a new browser [s], and its processor time [s]."""
     from live_page import chromium
     driver = chromium(SIZE)
     try:
@@ -244,7 +244,7 @@ def first_picture(address: str, half: int) -> Tuple[float, float]:
 
 
 def _processor_s(parent: int) -> float:
-    """Return the processor time of all processes below one, so far."""
+    """Return the processor time of all processes below one so far."""
     found, ticks = {parent}, 0
     rows = []
     for path in Path('/proc').glob('[0-9]*/stat'):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recordings of six cells for bench/page_truth.py, most of them with a good run beside it.
+"""Recordings of six cells for bench/page_truth.py, most of them with a good run.
 
-Drivers are imitated as they are: several messages for a robot's joints, rates of their own, jitter,
+Drivers are imitated: several messages for a robot's joints, rates of their own, jitter,
 stamps that are older than the message, arrays without stamps, wheels that turn forever.
 """
 from __future__ import annotations
@@ -26,11 +26,11 @@ from sewing_runs import CELL, write_sewing_run  # noqa: E402
 
 BEGIN_S = 1_700_000_000.0
 _LATE_S = 0.003
-"""Between the stamp of a message and its arrival."""
+"""Delay from the stamp of a message to its arrival."""
 
 
 class Scene(NamedTuple):
-    """A recording, a good one, and the topics whose numbers are whole."""
+    """A recording, a good one, and the topics whose numbers are integers."""
 
     configuration: Path
     bag: Path
@@ -86,7 +86,7 @@ def _urdf(folder: Path, path: str, *arguments: str) -> str:
 
 
 def _both(folder: Path, rows: Callable[[int, float], Rows]) -> Tuple[Path, Path]:
-    """The run and the good one: another seed, and a little slower."""
+    """Return the run and the good one: another seed, and a little slower."""
     return (_write(folder / 'run.bag', rows(2, 1.06)), _write(folder / 'good.bag', rows(1, 1.0)))
 
 
@@ -106,7 +106,7 @@ def sewing(folder: Path, _models: Path) -> Scene:
 
 
 def two_arms(folder: Path, models: Path) -> Scene:
-    """UR5e at 125 Hz with a sensor of forces; Panda whose fingers come on a topic of their own."""
+    """UR5e at 125 Hz with a force sensor; Panda whose fingers have a topic of their own."""
     configuration = folder / 'cell.xml'
     configuration.write_text('''<visualizer>
 <device type="robot" name="ur5e"><model pkg="ur_description" path="urdf/ur5e.xacro"/>
@@ -155,7 +155,7 @@ _GRIPPER = '''<link name="gripper"><visual><geometry><box size="0.12 0.06 0.08"/
 
 
 def palletizer(folder: Path, models: Path) -> Scene:
-    """An arm at 50 Hz whose jaws mimic each other, a vacuum, and a counter sent when it changes."""
+    """An arm at 50 Hz with jaws that mimic each other, a vacuum, and a counter sent on changes."""
     model = folder / 'palletizer.urdf'
     model.write_text(_urdf(models, 'fanuc_lrmate200id_support/urdf/lrmate200id.xacro').replace(
         '</robot>', _GRIPPER))
@@ -200,7 +200,7 @@ _CART = '''<robot name="cart"><link name="cart_base"><visual><geometry><box size
 
 
 def wheels(folder: Path, models: Path) -> Scene:
-    """A rover on /tf whose wheels turn, a cart that sends velocities only, and a UR5e beside."""
+    """A rover on /tf whose wheels turn, a cart that sends velocities only, and a UR5e."""
     (folder / 'rover.urdf').write_text(_ROVER.format(
         _WHEEL.format('left', 0.2), _WHEEL.format('right', -0.2)))
     (folder / 'cart.urdf').write_text(_CART)

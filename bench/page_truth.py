@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether the page of a run shows what the product shows: numbers, poses of links, the ghost.
+"""Compares the page of a run with the product: numbers, poses of links, the ghost.
 
     bench/run page_truth FOLDER [SCENE …] [--positions 200]
 
@@ -10,9 +10,9 @@ https://github.com/jsk-ros-pkg/jsk_pr2eus (pr2eus/test at 67b1b5a), none of whic
 repository.
 
 Each recording is played by bag_player with the cell's nodes and robot_state_publisher, paused at
-random positions: a part of them sought, the others reached by steps forwards and backwards. The
-page is in a Chromium without a window. What the nodes show is waited for; what differs after
-PATIENCE_S counts.
+random positions: some are reached by seeks, the others by steps forwards and backwards. The
+page is in a Chromium without a window. The program waits for the output of the nodes; only what
+differs after PATIENCE_S counts.
 """
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 PATIENCE_S, SETTLING_S, START_S = 8.0, 1.0, 30.0
 POSITION_M, TURN_DEG, GHOST_M = 0.0002, 0.05, 0.001
-"""How far a link and its turn may be off, and a link of the ghost."""
+"""Tolerances of a link's position and orientation, and of a link of the ghost."""
 SETTLED_M, SETTLED_DEG = 0.00003, 0.005
-"""What is nearer has arrived: a robot that hardly moves is near before its last message comes."""
+"""Tolerances for arrival: a slow robot is near before its last message arrives."""
 _MOST_EXAMPLES = 20
-SIZE = 480, 320  # what is drawn does not matter
+SIZE = 480, 320  # the drawn picture does not matter
 LABELS = {'speed': 'v', 'force': 'F'}
 
 AT = '''(() => {
@@ -76,14 +76,14 @@ BESIDE = 'page.run.ghost ? page.run.ghost.deviations.map((it) => it.device) : []
 
 
 class Pose(NamedTuple):
-    """Where a link is."""
+    """Pose of a link."""
 
     position: np.ndarray
     rotation: np.ndarray
 
 
 def pose_of(elements: Sequence[float]) -> Pose:
-    """Return the pose that a matrix of three.js is."""
+    """Return the pose of a matrix of three.js."""
     matrix = np.array(elements).reshape(4, 4).T
     return Pose(matrix[:3, 3], matrix[:3, :3])
 
@@ -98,7 +98,7 @@ def pose(place: Placement) -> Pose:
 
 
 def apart(first: Pose, second: Pose) -> Tuple[float, float]:
-    """Return how far two poses are apart [m], and by how much they are turned [°]."""
+    """Return the distance of two poses [m], and the angle between them [°]."""
     between = first.rotation.T @ second.rotation
     sine = 0.5 * math.hypot(between[2, 1] - between[1, 2], between[0, 2] - between[2, 0],
                             between[1, 0] - between[0, 1])
@@ -107,7 +107,7 @@ def apart(first: Pose, second: Pose) -> Tuple[float, float]:
 
 
 class Shown:
-    """What the nodes have sent last: frames, texts beside the robots, the ghost."""
+    """The latest output of the nodes: frames, texts beside the robots, the ghost."""
 
     def __init__(self, cell: Cell) -> None:
         self._changed = threading.Condition()
@@ -148,7 +148,7 @@ class Shown:
             self._changed.notify_all()
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return where a frame is in the cell."""
+        """Return the pose of a frame in the cell."""
         found = Placement()
         for _ in range(100):
             if frame == self.global_frame:
@@ -160,13 +160,13 @@ class Shown:
         return None
 
     def wait_for(self, condition: Callable[[], bool], patience_s: float = PATIENCE_S) -> bool:
-        """Return whether something is so, or becomes so."""
+        """Return whether a condition holds, or becomes true in time."""
         with self._changed:
             return bool(self._changed.wait_for(condition, patience_s))
 
 
 class Figures:
-    """What has been compared, and the worst of it."""
+    """Counts and worst cases of the comparisons."""
 
     def __init__(self) -> None:
         self.positions: Dict[str, int] = {}
@@ -235,7 +235,7 @@ class Trial:
         return self._figures
 
     def _show_ghost(self) -> None:
-        """As the launcher does."""
+        """Show the ghost as the launcher does."""
         chosen = ChosenRuns(self._cell)
         good, run = chosen.runs([str(self._scene.good)])[0], chosen.runs([str(self._scene.bag)])[0]
         comparison = GoodRuns(good, []).compare(run)
@@ -244,7 +244,7 @@ class Trial:
 
     def _positions(self, player: PlayerClient, begin_s: float,
                    end_s: float) -> Iterator[Tuple[str, float]]:
-        """Yield how a position was reached, and the position [s]."""
+        """Yield the way to reach a position, and the position [s]."""
         with Recording([str(self._scene.bag)]) as recording:
             times_ns = recording.index.time_ns
             begin_ns = recording.begin_ns
@@ -268,7 +268,7 @@ class Trial:
                 continue  # at an end
             position_ns = begin_ns + round(position_s * 1e9)
             if way != 'sought' and np.count_nonzero(times_ns == position_ns) > 1:
-                continue  # between messages of one time, which no time tells apart
+                continue  # between messages of equal time, which a time cannot distinguish
             found += 1
             yield way, position_s
 
@@ -296,7 +296,7 @@ class Trial:
             self._compare_ghost(page, position_s, shown)
 
     def _compare_numbers(self, texts: Sequence[str], position_s: float, shown: Shown) -> None:
-        """With the launcher's values in RViz's words, and with what the nodes write."""
+        """Compare numbers with the launcher's values in RViz's format, and the nodes' output."""
         figures, values = self._figures, self._values.at(position_s)
         for (device, quantity, label, topic), text in zip(self._entries, texts):
             value = values[key_of(device, LABELS.get(quantity, label), topic)]
@@ -375,13 +375,13 @@ class Trial:
 def _is_link(link: str, drawn: Pose, shown: Shown, within_m: float, within_deg: float) -> bool:
     there = shown.place(link)
     if there is None:
-        return True  # nobody sends it
+        return True  # no node sends it
     off_m, off_deg = apart(drawn, pose(there))
     return off_m <= within_m and off_deg <= within_deg
 
 
 def _settled(player: PlayerClient, is_there: Callable[[PlayerState], bool]) -> float:
-    """The position once the player has said it."""
+    """Return the position once the player has reported it."""
     state = player.wait_for(lambda it: it.paused and is_there(it), TIMEOUT_S)
     assert state is not None
     return float(state.position)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws panels of curves over time as a .png file, with levels to compare them with."""
+"""Draws panels of curves over time as a .png file, with levels for comparison."""
 from __future__ import annotations
 
 import math
@@ -16,7 +16,7 @@ LEVEL_COLOR = QColor('#c92a2a')
 
 
 class Curve(NamedTuple):
-    """Values (n,) at times (n,) [s]; drawn as a line, or as points."""
+    """Values (n,) at times (n,) [s]; drawn as a line or as points."""
 
     time_s: np.ndarray
     value: np.ndarray
@@ -26,14 +26,14 @@ class Curve(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A value to compare with, drawn as a dashed line with its name."""
+    """A value for comparison, drawn as a dashed line with its name."""
 
     value: float
     name: str
 
 
 class Panel(NamedTuple):
-    """Curves with one axis. ``ticks`` are the values with a line; the first and last end it."""
+    """Curves with one axis. ``ticks`` are the values with a line; the outer two end the axis."""
 
     title: str
     quantity: str
@@ -59,7 +59,7 @@ def write_panels(path: str, title: str, rows: Sequence[Sequence[Panel]], note: s
 
 
 class _PanelPainter:
-    """Paints one panel into a rectangle."""
+    """Draws one panel into a rectangle."""
 
     def __init__(self, painter: QPainter, panel: Panel, rect: QRectF) -> None:
         self._painter, self._panel, self._outer = painter, panel, rect
@@ -119,7 +119,7 @@ class _PanelPainter:
 
     def _line(self, color: QColor, x1: float, y1: float, x2: float, y2: float,
               style: int = Qt.SolidLine) -> None:
-        self._painter.setRenderHint(QPainter.Antialiasing, False)  # else thin ones fade away
+        self._painter.setRenderHint(QPainter.Antialiasing, False)  # else thin lines fade away
         self._painter.setPen(QPen(color, 1.0 if style == Qt.SolidLine else 1.6, style))
         self._painter.drawLine(QPointF(x1, y1), QPointF(x2, y2))
         self._painter.setRenderHint(QPainter.Antialiasing)
@@ -132,7 +132,7 @@ class _PanelPainter:
 
     def _y(self, value: float) -> float:
         low, high, here = (self._scaled(it) for it in (*self._limits(), value))
-        share = min(max((here - low) / (high - low), 0.0), 1.0)  # what is beyond is at the edge
+        share = min(max((here - low) / (high - low), 0.0), 1.0)  # at the edge if beyond
         return float(self._rect.bottom() - share * self._rect.height())
 
     def _limits(self) -> Tuple[float, float]:

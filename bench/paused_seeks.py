@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How often parts of a moving robot are objects where playback stands, after seeks and steps.
+"""Counts parts of a moving robot that are shown as objects after seeks and steps while paused.
 
 usage: bench/run paused_seeks [--seeks 200] [--seed 7]
 
 An arm of three joints moves at up to 1.2 rad/s; its driver sends 125 joint states a second. Three
 sensors above it send clouds at 5, 10 and 30 Hz, which are recorded 40 ms after they were taken.
 Each looks for objects; there is one, a box on the floor. The recording is played by the cell's own
-nodes, started by ``cell run`` without RViz. Playback is paused, and goes to random positions; every
-fifth time it then steps by one cloud. What each sensor's objects are is looked at until the scene
-has been repeated and all has come to rest.
+nodes, started by ``cell run`` without RViz. Playback is paused, and seeks to random positions;
+every fifth time it then steps by one cloud. The objects of each sensor are recorded until the
+scene has been repeated and nothing changes any more.
 """
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ BOX = ((-0.75, 0.55, 0.1), (0.3, 0.2, 0.2))
 LINKS: Dict[str, Tuple[Tuple[float, float, float], Tuple[float, float, float]]] = {
     'foot': ((0.0, 0.0, 0.2), (0.2, 0.2, 0.4)), 'shoulder': ((0.0, 0.0, 0.1), (0.16, 0.16, 0.2)),
     'upper': ((0.25, 0.0, 0.0), (0.5, 0.12, 0.12)), 'fore': ((0.22, 0.0, 0.0), (0.44, 0.1, 0.1))}
-"""The box that each link is: its center and size in the link's frame [m]."""
+"""The box of each link: its center and size in the link's frame [m]."""
 JOINTS = (('turn', 'foot', 'shoulder', '0 0 0.4', '0 0 1'),
           ('lift', 'shoulder', 'upper', '0 0 0.2', '0 1 0'),
           ('elbow', 'upper', 'fore', '0.5 0 0', '0 1 0'))
@@ -85,13 +85,13 @@ def configuration() -> str:
 
 
 def positions(time_s: float) -> Dict[str, float]:
-    """Return where the joints are [rad]."""
+    """Return the joint positions [rad]."""
     return {'arm/turn': 1.5 * math.sin(0.8 * time_s), 'arm/lift': 0.3 * math.sin(1.7 * time_s),
             'arm/elbow': 0.6 + 0.6 * math.sin(1.3 * time_s)}
 
 
 class Camera:
-    """Sees boxes and the floor from above."""
+    """A sensor that sees boxes and the floor from above."""
 
     def __init__(self, place: Sequence[float], seed: int) -> None:
         v, u = np.meshgrid(np.arange(HEIGHT) - HEIGHT / 2, np.arange(WIDTH) - WIDTH / 2,
@@ -101,7 +101,7 @@ class Camera:
         self._place, self._noise = np.asarray(place), np.random.default_rng(seed)
 
     def depth(self, boxes: Sequence[Tuple[Placement, Sequence[float]]]) -> np.ndarray:
-        """Return the depth of each pixel (n,) [m] before boxes, by the place of their centers."""
+        """Return the depth of each pixel (n,) [m] before boxes, by the boxes' positions."""
         rays = self._rays @ self._turn.T
         depth = -self._place[2] / rays[:, 2]  # the floor
         for place, size in boxes:
@@ -115,7 +115,7 @@ class Camera:
         return depth
 
     def cloud(self, boxes: Sequence[Tuple[Placement, Sequence[float]]]) -> bytes:
-        """Return the points that it sees (float32, 16 bytes each)."""
+        """Return the visible points (float32, 16 bytes each)."""
         depth = self.depth(boxes)
         depth = depth + self._noise.normal(0.0, NOISE_M, len(depth)) * depth ** 2
         points = np.zeros((len(depth), 4), '<f4')
@@ -158,18 +158,18 @@ def write_bag(path: str, seed: int) -> None:
 
 
 class Counts(NamedTuple):
-    """What a sensor has shown after seeks."""
+    """Counts of a sensor after seeks."""
 
     seeks: int = 0
     silent: int = 0  # seeks after which no objects came
-    with_false: int = 0  # seeks after which an object was shown that is none, at any time
+    with_false: int = 0  # seeks after which a false object was shown at any time
     at_rest: int = 0  # false objects that stay
     stops: int = 0  # seeks after which one is near enough for 'stop'
     missing: int = 0  # seeks after which the box is not shown in the end
     first_s: Tuple[float, ...] = ()  # from the command to the first objects
 
     def plus(self, begin_s: float, found: Sequence[Tuple[float, DetectedObjects]]) -> Counts:
-        """Return it with what has come after one seek, with the times of arrival [s]."""
+        """Return the counts with the objects of one more seek, with their times of arrival [s]."""
         false = [[it for it in message.objects if not is_box(it)] for _, message in found]
         near = any(it.distance <= 0.2 for objects in false for it in objects)
         here = bool(found) and any(map(is_box, found[-1][1].objects))
@@ -180,7 +180,7 @@ class Counts(NamedTuple):
 
 
 def is_box(found: Any) -> bool:
-    """Return whether an object is the box that is there."""
+    """Return whether an object is the real box."""
     return math.hypot(found.pose.position.x - BOX[0][0],
                       found.pose.position.y - BOX[0][1]) < 0.1
 
@@ -196,7 +196,7 @@ class Watch:
 
     def after(self, service: str, kind: type, *request: Any
               ) -> Tuple[float, Dict[str, List[Tuple[float, DetectedObjects]]]]:
-        """Give the player a command; return when, and what comes of it until all is at rest."""
+        """Give the player a command; return its time, and all objects until nothing changes."""
         asked = rospy.Time.now()
         begin_s = time.monotonic()
         answer = rospy.ServiceProxy(f'/bag_player/{service}', kind)(*request)
@@ -216,7 +216,7 @@ class Watch:
 
 
 def measured(seeks: int, seed: int) -> Dict[str, Counts]:
-    """Return what each sensor shows after random seeks and steps of a paused player."""
+    """Return the counts of each sensor after random seeks and steps of a paused player."""
     watch, chosen = Watch(), random.Random(seed)
     counts = {name: Counts() for name in SENSORS_HZ}
     for name in SENSORS_HZ:

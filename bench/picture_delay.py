@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long it takes until RViz shows what a camera has seen.
+"""Delay from a camera image to RViz's picture.
 
 usage: bench/run picture_delay [--flips 200] [--rate-hz 30]
 
 A camera above a table (this program) publishes registered images of 640x480 over sockets; a cell of
 one depth sensor with a `<roi>` makes the cropped cloud of them, and RViz draws it, in software. The
-color of the table changes every few images. From the moment before the images of the new color
-are published until a pixel in the middle of the screen has it.
+color of the table changes every few images. The delay is from the moment before the images of the
+new color are published until a pixel in the middle of the screen has it.
 """
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Camera:
         threading.Thread(target=self._run, daemon=True).start()
 
     def flip(self) -> Tuple[int, float]:
-        """Change the color with the next images; return it, and when they were published [s]."""
+        """Change the color with the next images; return it and their time of publication [s]."""
         with self._changed:
             self._wanted, self._flipped_s = 1 - self._wanted, None
             self._changed.wait_for(lambda: self._flipped_s is not None, TIMEOUT_S)
@@ -94,7 +94,7 @@ def _projection(matrix: List[float]) -> List[float]:
 
 
 class Eye:
-    """Looks at the middle of the screen."""
+    """Reads the color in the middle of the screen."""
 
     def __init__(self) -> None:
         """Connect to the screen."""
@@ -105,7 +105,7 @@ class Eye:
         self._place = size.width() // 2, size.height() // 2
 
     def wait_for(self, number: int, timeout_s: float) -> float:
-        """Wait until the middle has a color; return when it was first seen so [s]."""
+        """Wait until the middle has a color; return the time when it was first seen [s]."""
         end_s = time.monotonic() + timeout_s
         while self._color() != number:
             if time.monotonic() > end_s:
@@ -130,7 +130,7 @@ def generated(folder: Path) -> str:
 
 
 def measure(camera: Camera, eye: Eye, flips: int) -> List[float]:
-    """Return how long each change took [s]."""
+    """Return the delay of each change [s]."""
     random = np.random.default_rng(1)
     eye.wait_for(0, TIMEOUT_S)
     taken = []

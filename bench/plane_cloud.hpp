@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// A Kinect's cloud of a plane, as PCL's points and as a message, and the crop of PCL.
+/// A Kinect's cloud of a plane, as PCL's points and as a message, and PCL's crop.
 #pragma once
 
 #include <pcl/filters/crop_box.h>
@@ -40,7 +40,7 @@ inline sensor_msgs::PointCloud2 toMessage(const Cloud& points) {
   return cloud;
 }
 
-/// Returns what is in the box, which is turned as above.
+/// Returns the points in the box, which is turned as above.
 inline Cloud cropWithPcl(const Cloud::ConstPtr& points) {
   pcl::CropBox<pcl::PointXYZRGB> filter;
   filter.setInputCloud(points);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of an arm at a board that lies elsewhere each time: displacement, and verdicts.
+"""Runs of an arm at a board that is at a different pose each time: displacement, and verdicts.
 
     bench/run platonics FOLDER
 

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays the sewing cell's bag with `rosbag play` and with bag_player: which one keeps time better?
+"""Compares the timing of `rosbag play` and of bag_player with the sewing cell's bag.
 
 usage: bench/run play_timing [--rounds 2] [--rates 1,0.25,4] [--folder FOLDER] [--no-rviz]
                              [--together] [--busy N]
 
 20 s with two robots at 125 Hz, forces at 94 Hz, and images of a Kinect at 30 Hz (46 MB/s). The
-players take turns (A B B A ...) with the same options, and a subscriber in C++ notes when each
-message arrives. The schedule error of a message is its arrival minus the time when it was due:
-its time in the bag divided by the rate, plus one offset for the whole run (see schedule_error.py).
-The table has percentiles of its size over all rounds. On a virtual machine, a run in which the host
-took time is repeated (see stolen_time.py); with ``--together`` the players do not take turns but
-play at the same time, each with a master and a subscriber of its own, so that the host disturbs
+players take turns (A B B A ...) with the same options, and a subscriber in C++ records when each
+message arrives. The schedule error of a message is its arrival minus its due time: its time in
+the bag divided by the rate, plus one offset for the whole run (see schedule_error.py). The table
+has percentiles of the absolute errors over all rounds. On a virtual machine, a run in which the
+host took time is repeated (see stolen_time.py); with ``--together`` the players do not take turns
+but play at the same time, each with a master and a subscriber of its own, so that the host disturbs
 both equally. With ``--busy`` other programs compute at the same time. The last part plays at 1x
 while the whole cell runs in playback mode with RViz on the screen.
 """
@@ -44,7 +44,7 @@ from process_visualizer.nodes.view_picture import ViewWatcher
 
 _LENGTH_S = 20.0
 _DELAY_S = 4.0
-"""Between advertising and the first message, so that every subscriber is connected by then."""
+"""Delay from advertising to the first message, so that every subscriber is connected by then."""
 _VIEW_TIMEOUT_S = 90.0
 _CELL = str(Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml')
 
@@ -99,7 +99,7 @@ def _play_all(bag: MadeBag, players: Sequence[str], rate: float) -> Dict[str, Li
 
 
 def _play_apart(folder: str, player: str, rate: float) -> List[TopicError]:
-    """Play the bag in a folder, with a separate master and process."""
+    """Play the bag in a folder, with a master and a process of its own."""
     os.environ['ROS_MASTER_URI'] = f'http://127.0.0.1:{_free_port()}'
     os.environ['ROS_HOME'] = tempfile.mkdtemp(dir=os.environ['ROS_HOME'])
     with ros_master():
@@ -113,7 +113,7 @@ def _free_port() -> int:
 
 
 def _play(bag: MadeBag, player: str, rate: float) -> List[TopicError]:
-    """Play the bag once, from a file that is in the page cache."""
+    """Play the bag once, from a file in the page cache."""
     _read_all(bag)
     path = os.path.join(os.environ['ROS_HOME'], 'arrivals')
     options = ['-r', f'{rate:g}', '-d', f'{_DELAY_S:g}']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The players that are compared, and the ROS master they need."""
+"""The compared players, and the ROS master they need."""
 from __future__ import annotations
 
 import contextlib
@@ -34,7 +34,7 @@ def ros_master() -> Iterator[None]:
 
 @contextlib.contextmanager
 def playing(player: str, bag: Path, options: Sequence[str]) -> Iterator['subprocess.Popen[bytes]']:
-    """A player that plays a bag; it has a keyboard, on which nobody types."""
+    """A player of a bag; it has a keyboard, which nobody uses."""
     command = [*COMMANDS[player], '-q', *options, str(bag)]
     with _ended(subprocess.Popen(command, stdin=subprocess.PIPE,
                                  stdout=subprocess.DEVNULL)) as process:

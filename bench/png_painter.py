@@ -33,7 +33,7 @@ def png_painter(path: str, width: int, height: int) -> Iterator[QPainter]:
 def draw_text(painter: QPainter, rect: QRectF, text: str, points: int,
               color: QColor = TEXT_COLOR, bold: bool = False, align: int = Qt.AlignLeft,
               wrap: bool = False) -> None:
-    """Write in a rectangle, in the middle of its height."""
+    """Write in a rectangle, centered vertically."""
     font = QFont('DejaVu Sans', points)
     font.setBold(bold)
     painter.setFont(font)

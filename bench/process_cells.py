@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Good and faulty runs of five cells with six-axis robots, made from seeds alone.
 
-A cell is a list of steps: where the tool goes, how long it takes, and the values of the process
-meanwhile. Each run has its own pace, longer and shorter steps, gains, a temperature that rises over
-the shift, and noise; messages without a stamp are held up now and then. The runs share nothing with
-the sewing cell's simulator.
+A cell is a list of steps: the tool's target, the duration, and the values of the process meanwhile.
+Each run has its own pace, longer and shorter steps, gains, a temperature that rises over the shift,
+and noise; messages without a stamp are delayed now and then. The runs share nothing with the sewing
+cell's simulator.
 """
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Point = Tuple[float, float, float]
 class Step(NamedTuple):
     """A step: the tool goes to ``to`` [m], while quantities have ``values``.
 
-    A value is a number, or two between which it rises. A step that ``is_wait`` takes any time.
+    A value is a number, or two between which it rises. A step that ``is_wait`` has any duration.
     """
 
     state: int
@@ -53,7 +53,7 @@ class Step(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """A fault: ``wanted`` are endings of the signals at fault, ``begin_s`` is when it begins [s].
+    """A fault: ``wanted`` are suffixes of the signals at fault, ``begin_s`` is its beginning [s].
 
     NaN: the fault is there from the beginning of the run.
     """
@@ -72,7 +72,7 @@ class MadeRun(NamedTuple):
 
 
 class ProcessCell(NamedTuple):
-    """A cell: its steps by the number that decides variant or place, and its possible faults."""
+    """A cell: its steps by the number that selects variant or position, and its possible faults."""
 
     name: str
     steps: Callable[[int], List[Step]]
@@ -281,7 +281,7 @@ class _Maker:
         if not self._kind:
             return None
         begin_s = float(self._starts_s[self._changed_row])
-        if self._kind == 'late_flow':  # where it should have begun
+        if self._kind == 'late_flow':  # when it should have begun
             begin_s = float(next(start_s for start_s, step in zip(self._starts_s, self._steps)
                                  if 'flow' in step.values))
         if self._kind in ('temperature', 'override', 'tool_offset', 'ok_missing', 'late_ok',
@@ -297,7 +297,7 @@ class _Maker:
         return result
 
     def _arrivals_s(self, times_s: np.ndarray) -> np.ndarray:
-        """Return arrival times of messages without a stamp: some are held up, then come at once."""
+        """Return arrival times of messages without a stamp: delayed ones then arrive at once."""
         begin_s = self._random.uniform(0.0, self.duration_s)
         held = (times_s >= begin_s) & (times_s < begin_s + 2.0 * _HELD_UP_S)
         result: np.ndarray = np.where(
@@ -322,7 +322,7 @@ class _Maker:
         return found
 
     def _level(self, quantity: str, times_s: np.ndarray) -> np.ndarray:
-        """Return the values without noise, with edges that come a little late."""
+        """Return the values without noise, with edges that are a little delayed."""
         found = np.zeros(len(times_s))
         for row, (step, begin_s, took_s) in enumerate(zip(self._steps, self._starts_s,
                                                           self._durations_s)):

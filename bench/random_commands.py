@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Commands the player at random, and compares the scene with a scan of the recording.
+"""Gives the player random commands, and compares the scene with a scan of the recording.
 
 usage: bench/run random_commands [--commands 2000] [--seed 1] [--seconds 10] [--folder FOLDER]
 
-A bag of images of 2.5 MB at 30 Hz beside small topics (see scene_bag.py), the player, a master and
-a subscriber of all topics. Commands: seek, scrub (seeks without a pause), play, pause, stop, rate,
-direction, loop, and steps by messages, by those of a topic, and by time. Some are given while
-another one is carried out: at once after it, or from another thread. After the others, and after a
-pause or steps where it plays, the last message on every topic must be the one that a scan of the
-bag finds at the position in ~state, once it is quiet. Ends with 1 if it is not, or if the player
-ends.
+The test uses a bag of images of 2.5 MB at 30 Hz beside small topics (see scene_bag.py), the player,
+a master and a subscriber of all topics. Commands: seek, scrub (seeks without a pause), play, pause,
+stop, rate, direction, loop, and steps by messages, by those of a topic, and by time. Some are given
+while another one is executed: right after it, or from another thread. After each of the others
+(and, if it plays then, after a pause or steps), the last message on every topic must be the one
+that a scan of the bag finds at the position in ~state, once nothing arrives any more. Ends with 1
+if it is not, or if the player ends.
 """
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ _LATE_S = 10.0  # for a scene that a slow subscriber has not taken yet
 _MAX_S = 60.0  # a subscriber in Python may have 64 MB of images to take first
 _RATES = (0.1, 0.5, 1.0, 2.0, 4.0)
 _STEPS_S = (0.001, 0.01, 0.1, 1.0)
-_PLAYED_S = 0.3  # the longest time for which it plays before the next command
+_PLAYED_S = 0.3  # the longest time to play before the next command
 _AT_ONCE, _BESIDE = 0.25, 0.15  # shares of the commands
 
 Command = Tuple[str, Callable[[], Any]]
 
 
 class Result(NamedTuple):
-    """How many commands of each kind were given, and their results."""
+    """Number of commands of each kind, and their results."""
 
     given: Dict[str, int]
     compared: int
@@ -70,7 +70,7 @@ class Services:
 
 
 class RandomCommands:
-    """Commands for a bag; the same ones for the same seed."""
+    """Commands for a bag; the same seed gives the same commands."""
 
     def __init__(self, bag: MadeBag, seed: int) -> None:
         """Wait for the player's services."""
@@ -131,10 +131,10 @@ class RandomCommands:
 
 
 class Session:
-    """A player that is commanded at random."""
+    """A player that gets random commands."""
 
     def __init__(self, bag: MadeBag, seed: int) -> None:
-        """Follow the player that is running."""
+        """Follow the running player."""
         self._watch = SceneWatch(bag)
         self._commands = RandomCommands(bag, seed)
         self._services = Services()
@@ -195,7 +195,7 @@ class Session:
 
 @contextmanager
 def commanded(bag: MadeBag, seed: int) -> Iterator[Session]:
-    """A player of a bag, paused at its beginning, and a session; there is a master and a node."""
+    """A player of a bag, paused at its beginning, and a session; a master and a node exist."""
     with playing(OURS, bag.path, ['--pause', '-k']) as player:
         yield Session(bag, seed)
         if player.poll() is not None:

@@ -5,7 +5,7 @@ usage: bench/run record_again [--seconds 30] [--cameras 1]
 
 Messages are compared byte by byte; "more" are those that the second bag has after them (a player
 may show the last messages again when it ends). The spacing of a topic is the time from one message
-to the next; the table says by how much it differs between the bags.
+to the next; the table gives its difference between the bags.
 """
 from __future__ import annotations
 

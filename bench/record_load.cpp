@@ -3,7 +3,7 @@
 // tool frames at 125 Hz, forces at 94 Hz) and cameras of 46 MB/s (640 x 480 at 30 Hz).
 //
 // usage: record_load SECONDS CAMERAS
-// It waits until every topic has a subscriber, publishes for so long, and prints "TOPIC COUNT"
+// It waits until every topic has a subscriber, publishes for this time, and prints "TOPIC COUNT"
 // lines.
 
 #include <ros/ros.h>
@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// One topic: what publishes its next message, when that is due, and how many there were.
+// One topic: the function that publishes its next message, its due time, and the number sent.
 struct Source {
   ros::Publisher publisher;
   std::function<void(const ros::Publisher&, unsigned)> publish;
@@ -124,6 +124,6 @@ int main(int argc, char** argv) {
   for (const Source& source : all)
     std::printf("%s %u\n", source.publisher.getTopic().c_str(), source.count);
   std::fflush(stdout);
-  std::this_thread::sleep_for(std::chrono::seconds(3));  // what is queued still goes out
+  std::this_thread::sleep_for(std::chrono::seconds(3));  // queued messages are still sent
   return 0;
 }

@@ -41,7 +41,7 @@ class Result(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """How many messages were published and not recorded."""
+        """Return the number of messages that were published and not recorded."""
         return sum(count - self.recorded.get(topic, 0) for topic, count in self.published.items())
 
 
@@ -70,7 +70,7 @@ def _options() -> argparse.Namespace:
 
 
 def _rviz() -> 'subprocess.Popen[bytes]':
-    """RViz with the displays of the simulated cell."""
+    """Run RViz with the displays of the simulated cell."""
     folder = os.path.join(os.environ['ROS_HOME'], 'record_loss')
     config = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
     subprocess.run(['rosrun', 'process_visualizer', 'cell', 'generate', str(config), '--output',
@@ -98,7 +98,7 @@ def _compare(cameras: int, seconds: int) -> int:
 
 
 def _run(recorder_class: Recorder, cameras: int, seconds: int) -> Result:
-    """Record in a fresh folder on the disk, not in memory."""
+    """Record in a new folder on the disk, not in memory."""
     with tempfile.TemporaryDirectory(dir=os.environ['ROS_HOME']) as folder:
         path = os.path.join(folder, 'load.bag')
         recorder = recorder_class(path, topics_of_load(cameras))

@@ -19,7 +19,7 @@ _TIMEOUT_S = 60.0
 
 
 class Cost(NamedTuple):
-    """CPU time in s, and the most resident memory in MB, of a process so far."""
+    """CPU time in s, and maximum resident memory in MB, of a process so far."""
 
     cpu_s: float
     memory_mb: float
@@ -76,14 +76,14 @@ def cost(process: 'subprocess.Popen[bytes]') -> Cost:
 
 
 def message_counts(path: str) -> Dict[str, int]:
-    """The number of messages in a bag by topic."""
+    """Return the number of messages in a bag by topic."""
     with rosbag.Bag(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         return {topic: it.message_count for topic, it in topics.items()}
 
 
 def topics_of_load(cameras: int) -> List[str]:
-    """The topics that `record_load` publishes."""
+    """Return the topics that `record_load` publishes."""
     topics = [f'/{kind}_{robot}/{name}' for robot in ('upper', 'lower')
               for kind, name in (('ur_rt', 'q_act'), ('ur_rt', 'tcf'), ('ft', 'ft'))]
     for number in range(1, cameras + 1):

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Prints how long one pass over a Kinect's images (640 x 480) takes, beside pcl::CropBox alone,
-/// which gets the cloud that the images make, as PCL's own points; and how far its points of a
-/// known plane are from that plane. Without any node. Fails if it takes longer than the peer, or
-/// with distortion half as long again: the peer knows of no lens.
+/// Prints the time of one pass over a Kinect's images (640 x 480), compared with pcl::CropBox
+/// alone, which gets the cloud of these images as PCL's own points; and the distance of its points
+/// of a known plane from that plane. Uses no node. Fails if it takes longer than the peer, or with
+/// distortion 1.5 times as long: the peer knows of no lens.
 #include "process_visualizer/cloud/registered_crop.hpp"
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How old what a viewer on another computer sees is, on links of several kinds, and after a cut.
+"""Delay of the view on another computer, on links of several kinds, and after a cut.
 
 The simulated cell and ``cell view --no-rviz`` run in two network namespaces (needs root).
 
@@ -101,7 +101,7 @@ def measure(networks: TwoNetworks, environment: Dict[str, str]) -> None:
 
 
 def subscribe() -> None:
-    """Be the node that listens; it is told on its input when to begin, and when to print."""
+    """Run the node that listens; its input says when to begin, and when to print."""
     import rospy
     from sensor_msgs.msg import JointState, PointCloud2
     from tf2_msgs.msg import TFMessage

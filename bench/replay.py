@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instant replay while a recording goes on: from the drag to the robot in the second cell.
+"""Delay of the instant replay during a recording: from the drag to the robot in the second cell.
 
 usage: bench/run replay [--drags 60]
 
 The simulated cell without its Kinect, in the real window with RViz. The mouse drags along the live
-curves; each time it is measured how long it takes until the robot's joint states, as the RViz of
-the second cell gets them, are those recorded at that moment. Then the ways between live and replay:
-from the click until the replay's window is told to appear, and from Esc until it is told to go, and
-what the recording has lost.
+curves; each time the delay is measured until the robot's joint states, as the RViz of the second
+cell gets them, are those recorded at that moment. Then the switches between live and replay are
+measured: from the click until the replay's window is told to appear, and from Esc until it is told
+to disappear; and the losses of the recording.
 """
 from __future__ import annotations
 
@@ -47,23 +47,23 @@ class ReplayBench:
         self._times_s, self._recorded = np.zeros(0), np.zeros((0, 0))
 
     def go_back(self, ago_s: float) -> float:
-        """Click into the past; return how long it takes [s]."""
+        """Click into the past; return the delay [s]."""
         begin_s = time.monotonic()
         QTest.mouseClick(self._timeline, Qt.LeftButton, Qt.NoModifier, self._place(ago_s))
         until(lambda: self._replay.phase is ReplayPhase.SHOWN, 120.0)
         return time.monotonic() - begin_s
 
     def return_to_live(self) -> float:
-        """Press Esc; return how long it takes [s] until RViz of the replay has hidden itself."""
+        """Press Esc; return the time [s] until RViz of the replay has hidden itself."""
         tasks, done = self._bench.launcher.tasks, []  # type: ignore[var-annotated]
         begin_s = time.monotonic()
         self._replay.leave()
-        tasks.run('replay', lambda: None, done.append)  # in the same line: after hiding
+        tasks.run('replay', lambda: None, done.append)  # in the same queue: after hiding
         until(lambda: bool(done), TIMEOUT_S)
         return time.monotonic() - begin_s
 
     def follow(self) -> None:
-        """Hear the robot of the second cell, and read what it has recorded."""
+        """Subscribe to the robot of the second cell, and read the recording."""
         link = self._bench.launcher.link.replay
         self._follower = RemoteFollower(
             f'/{ROBOT}/joint_states', JointState, f'/{ROBOT}/joint_proc', link.master_uri,
@@ -75,20 +75,20 @@ class ReplayBench:
         self._recorded = np.array([data for _, data in found])
 
     def drag(self, count: int) -> List[float]:
-        """Drag to random moments; return how long each takes [s] until the robot is there."""
+        """Drag to random moments; return each delay [s] until the robot is there."""
         QTest.mousePress(self._timeline, Qt.LeftButton, Qt.NoModifier, self._place(MAX_S))
         taken, rng = [], random.Random(1)
         while len(taken) < count:
             place = self._place(rng.uniform(MIN_S, MAX_S))
             target = self._recorded[np.searchsorted(self._times_s, self._time_s(place)) - 1]
-            if not self._is_at(target):  # while the robot rests, nothing can be seen
+            if not self._is_at(target):  # while the robot rests, there is nothing to see
                 taken.append(self._move(place, target))
             pause(0.3)
         QTest.mouseRelease(self._timeline, Qt.LeftButton, Qt.NoModifier, place)
         return taken
 
     def close(self) -> None:
-        """Stop hearing."""
+        """Unsubscribe."""
         if self._follower is not None:
             self._follower.close()
 
@@ -103,7 +103,7 @@ class ReplayBench:
         return QPoint(int(self._timeline.axis.x(-ago_s)), Y_PX)
 
     def _time_s(self, place: QPoint) -> float:
-        """The moment at a place, on the recorder's clock."""
+        """Return the moment at a screen position, on the recorder's clock."""
         window = self._bench.launcher.live.window
         assert window is not None
         end_s = window.epoch_s + window.begin_s + window.duration_s

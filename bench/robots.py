@@ -4,9 +4,9 @@
 usage: bench/run robots [1 2 5 10 20] [--seconds 20]
 
 Each robot has its joint and robot processors and its robot_state_publisher. Their drivers and the
-stopwatch are one C++ program (bench/robots_driver.cpp), which has real-time priority if that is
-allowed, as real drivers do not compete with the programs under test. Shares are of one core; the
-host's share is of a virtual machine's time (see stolen_time.py).
+stopwatch are one C++ program (bench/robots_driver.cpp), which has real-time priority if permitted,
+as real drivers do not compete with the programs under test. Shares are of one core; the host's
+share is of a virtual machine's time (see stolen_time.py).
 """
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _options() -> argparse.Namespace:
 
 
 def _model() -> str:
-    """The URDF of the sewing cell's upper robot."""
+    """Return the URDF of the sewing cell's upper robot."""
     package = subprocess.run(['rospack', 'find', 'sewing_cell'], stdout=subprocess.PIPE,
                              check=True, text=True).stdout.strip()
     return subprocess.run(['xacro', f'{package}/urdf/{_PREFIX}.urdf.xacro'],
@@ -94,7 +94,7 @@ def _launch_file(count: int, model: str, folder: Path) -> Path:
 
 
 def _run(count: int, seconds: float, model: str, folder: Path) -> Dict[str, Any]:
-    """Run that many robots; the driver's delays, and the CPU shares of the processes by name."""
+    """Run this many robots; return the driver's delays, and the processes' CPU shares by name."""
     launch = subprocess.Popen(['roslaunch', '--disable-title',
                                str(_launch_file(count, model, folder))],
                               stdout=subprocess.DEVNULL, start_new_session=True)
@@ -122,7 +122,7 @@ def _run(count: int, seconds: float, model: str, folder: Path) -> Dict[str, Any]
 
 
 def _cpu_times(launch_pid: int) -> Dict[int, Any]:
-    """Name and CPU time [s] of the children of roslaunch."""
+    """Return name and CPU time [s] of the children of roslaunch."""
     found = {}
     for path in Path('/proc').iterdir():
         if not path.name.isdigit():

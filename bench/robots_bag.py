@@ -26,5 +26,5 @@ TOPICS: Tuple[BagTopic, ...] = (
 
 
 def robots_bag(folder: str, minutes: float) -> MadeBag:
-    """Return the bag of so many minutes from the folder; write it if it does not exist."""
+    """Return the bag of this many minutes from the folder; write it if it does not exist."""
     return made_bag(Path(folder) / f'robots_{minutes:g}_min_indexed.bag', TOPICS, minutes * 60)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drivers of many robots, and the stopwatch: publishes joint positions, tool frames and forces
-// of N robots, and measures how long each message takes to joint_states, /tf and marker_array.
+// of N robots, and measures each message's delay to joint_states, /tf and marker_array.
 //
-// Every message carries its number: in the first joint's angle and in the force. So what arrives
-// tells which message it was made from, without stamps. Robot i runs a little faster than robot
+// Every message carries its number: in the first joint's angle and in the force. So the output
+// identifies its input message without stamps. Robot i runs a little faster than robot
 // i - 1, so that within seconds all phases between the robots occur.
 //
 // Parameters: ~robots, ~joint_rate, ~force_rate (Hz), ~warm_up, ~seconds. Prints one line of JSON.
@@ -32,7 +32,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kNumbers = 30000;  // a number comes again after four minutes
+constexpr int kNumbers = 30000;  // a number is repeated after four minutes
 constexpr double kRadPerNumber = 1e-4;
 constexpr double kRateStep = 3e-4;  // between neighboring robots
 
@@ -40,7 +40,7 @@ double secondsNow() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-// When each message of a topic was sent, by its number.
+// Sending time of each message of a topic, by its number.
 class SendTimes {
  public:
   int next() {
@@ -84,7 +84,7 @@ struct Stopwatch {
   Delays joint_states, transforms, markers;
 };
 
-// One robot's driver, and what its processor makes of it.
+// One robot's driver, and the output of its processor.
 class Robot {
  public:
   Robot(ros::NodeHandle& node, const std::string& name, Stopwatch& stopwatch)
@@ -155,7 +155,7 @@ class Robot {
   ros::Subscriber states_, markers_;
 };
 
-// Something that happens at a rate of its own.
+// An action with a rate of its own.
 struct Task {
   Robot* robot;
   bool motion;
@@ -202,7 +202,7 @@ bool waitForAll(const std::vector<std::unique_ptr<Robot>>& robots, double timeou
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "robots_driver");
-  // Real drivers are not held up by what they drive, nor is a stopwatch.
+  // The system under test must not block drivers or the stopwatch.
   if (!process_visualizer::takeRealTimePriority())
     process_visualizer::takeSlices(process_visualizer::kShortSlice);
   ros::NodeHandle node, parameters("~");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Prints how long the crop of a Kinect's cloud (640 x 480 points of x, y, z, rgb) takes, beside
+/// Prints the time to crop a Kinect's cloud (640 x 480 points of x, y, z, rgb), compared with
 /// pcl::CropBox, which gets its cloud as PCL's own points. Fails if it takes longer.
 #include "process_visualizer/cloud/roi_filter.hpp"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How well runs are aligned, and faults found, on simulated runs whose truth is known.
+"""Accuracy of the alignment of runs and the detection of faults, on simulated runs of known truth.
 
     bench/run runs.py [--faults 200] [--good 500] [--jobs 2]
 
@@ -35,8 +35,10 @@ WANTED: Dict[str, Tuple[str, ...]] = {
 
 
 class Found(NamedTuple):
-    """The place of the channel at fault in the ranking (0: not found), and the error of its onset
-    [s]; ``lost_s`` is the greatest time lost."""
+    """Rank of the channel at fault (0: not found), and the error of its onset [s].
+
+    ``lost_s`` is the greatest time lost.
+    """
 
     kind: str
     place: int
@@ -55,7 +57,7 @@ def columns(seed: int, aligner: str) -> Columns:
 
 
 def faulty(seed: int, aligner: str) -> Tuple[str, str, float, Columns]:
-    """Kind, arm and moment [s of the process] of a drawn fault, and the signals of its run."""
+    """Return kind, arm and moment [s of the process] of a drawn fault, and the run's signals."""
     kind = KINDS[seed % len(KINDS)]
     fault = drawn_fault(kind, SewingCycle('good', seed), seed)
     good = reference().run
@@ -64,7 +66,7 @@ def faulty(seed: int, aligner: str) -> Tuple[str, str, float, Columns]:
 
 
 def map_errors_s(seed: int, aligner: str) -> np.ndarray:
-    """Errors of the map during the process, for ±10 % of speed and ±5 s of start."""
+    """Return errors of the map during the process, for ±10 % of speed and ±5 s of start."""
     good, other = reference(), varied_run(seed, speed=0.1, start_s=5.0)
     process_s = np.arange(0.3, 18.5, 0.02)
     found = ALIGNERS[aligner](good.run, other.run).to_run(good.true_s(process_s))
@@ -78,7 +80,7 @@ def found_fault(times_s: np.ndarray, band: Band,
     wanted = [name.format(arm=arm) for name in WANTED[kind]]
     place = next((number for number, it in enumerate(found, start=1)
                   if it.signal.name.endswith(tuple(wanted + [f'{it} noise' for it in wanted]))), 0)
-    begin_s = 0.0 if kind == 'calibration' else REST_S + start_s  # it is so before the process
+    begin_s = 0.0 if kind == 'calibration' else REST_S + start_s  # present before the process
     onset_s = found[place - 1].onset_s - begin_s if place else np.nan
     return Found(kind, place, onset_s, _lost_s(found))
 
@@ -89,13 +91,13 @@ def _lost_s(found: Sequence[Departure]) -> float:
 
 def is_alarm(times_s: np.ndarray, pool: Sequence[Columns], judged: Sequence[Columns],
              number: int) -> bool:
-    """Whether a good run leaves the band of good runs drawn for it alone."""
+    """Return whether a good run leaves the band of good runs drawn for it alone."""
     drawn = np.random.default_rng([number, 5]).permutation(len(pool))[:GOOD_RUNS]
     return bool(departures(times_s, judged[number], learned_band([pool[it] for it in drawn], RATE)))
 
 
 def interval(count: int, number: int) -> Tuple[float, float]:
-    """The 95 % interval of a rate (Wilson 1927)."""
+    """Return the 95 % interval of a rate (Wilson 1927)."""
     z, share = 1.96, count / number
     middle = (share + z * z / (2 * number)) / (1 + z * z / number)
     half = z / (1 + z * z / number) * np.sqrt(share * (1 - share) / number

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long comparisons take, and how much memory: an hour of cycles, many long runs, two bags.
+"""Time and memory of comparisons: an hour of cycles, many long runs, two bags.
 
     bench/run runs_speed [--folder FOLDER]
 
@@ -28,7 +28,7 @@ _LONG_RUNS, _CHANNELS, _SAMPLES, _RATE_HZ = 30, 20, 100_000, 125.0
 
 
 def two_runs(folder: str) -> str:
-    """Two cycles of 20 s, from the bag to the departures."""
+    """Compare two cycles of 20 s, from the bag to the departures."""
     path = robots_bag(folder, 1.0).path
     begin_s = time.monotonic()
     first, second = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([str(path)])[:2]
@@ -38,7 +38,7 @@ def two_runs(folder: str) -> str:
 
 
 def an_hour(folder: str) -> str:
-    """Each cycle of an hour against the first."""
+    """Compare each cycle of an hour with the first."""
     path = robots_bag(folder, 60.0).path
     begin_s = time.monotonic()
     runs = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([str(path)])

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a whole cell does when disk, memory or time of day are not what they should be.
+"""Tests a whole cell when disk, memory or processes are short, or the time of day is wrong.
 
 usage: bench/run scarce [--only PART …] [--folder FOLDER] [--large-gb 20]
 
 ``cell run`` shows a simulated robot with RViz, ``cell record`` records it. Then the disk becomes
-full, shrinks, or is gone; memory is short; there are no more processes and threads; the clock is
-set; hundreds of topics do not answer. The
-table has what the two commands say, and how many transforms still come afterwards. ``large``
-records a bag of that size, and measures what opens it. Needs root, for disks of its own and memory
-groups; nothing outlives it, except that bag if ``--folder`` is given.
+full, shrinks, or disappears; memory is short; there are no more processes and threads; the clock is
+set; hundreds of topics do not answer. The table shows the messages of the two commands, and the
+rate of transforms afterwards. ``large`` records a bag of that size, and measures what opens it.
+Needs root, for disks of its own and memory groups; nothing remains, except that bag if
+``--folder`` is given.
 """
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ GROUPS = Path('/sys/fs/cgroup')
 
 
 class Flow:
-    """Counts transforms as a viewer gets them, and keeps the warnings of nodes."""
+    """Counts transforms as a viewer receives them, and keeps the warnings of nodes."""
 
     def __init__(self) -> None:
         self.count, self.warnings = 0, []  # type: int, List[str]
@@ -55,7 +55,7 @@ class Flow:
             rospy.Subscriber('/rosout', Log, self._take_log, queue_size=None)]
 
     def rate_hz(self, seconds: float = 2.0) -> float:
-        """Return how many messages of /tf come in a second, from now on."""
+        """Return the number of messages of /tf in the next second."""
         begin, begin_s = self.count, time.monotonic()
         threading.Event().wait(seconds)
         return (self.count - begin) / (time.monotonic() - begin_s)
@@ -74,7 +74,7 @@ class Flow:
 
 
 class Bench:
-    """A cell that is up, its recording, and what was said of what happened to it."""
+    """A running cell, its recording, and its messages about faults."""
 
     def __init__(self, folder: Path, environment: Dict[str, str]) -> None:
         self.folder, self.failures = folder, []  # type: Path, List[str]
@@ -97,14 +97,14 @@ class Bench:
         return program
 
     def tell(self, what: str, programs: Sequence[Program], since: Sequence[int]) -> None:
-        """Print a row: what was said, and how much still moves."""
+        """Print a row: the messages, and the rate of transforms."""
         said = [line.text.strip() for program, begin in zip(programs, since)
                 for line in program.lines[begin:] if line.text.strip()]
         print(f'| {what} | {"; ".join(dict.fromkeys(said)) or "nothing"} | '
               f'{self.flow.rate_hz():.0f} /tf a second |', flush=True)
 
     def close(self) -> None:
-        """Stop the cell; processes or files that are left are a failure."""
+        """Stop the cell; remaining processes or files are a failure."""
         self.flow.close()
         self.cell.end('the end', lambda: stop(self.cell), None)
         self.failures += self.cell.failures
@@ -125,7 +125,7 @@ def mounted(folder: Path, size_mb: int) -> Iterator[Path]:
 
 
 def disk(bench: Bench) -> None:
-    """The disk becomes full, can no longer be written to, or is taken away."""
+    """Test a disk that becomes full, read-only, or is removed."""
     def fill(folder: Path) -> None:
         with open(folder / 'others', 'wb') as file:
             os.posix_fallocate(file.fileno(), 0, (1300 << 20) - (1023 << 20))
@@ -154,7 +154,7 @@ def disk(bench: Bench) -> None:
 
 
 def memory(bench: Bench) -> None:
-    """Each process gets no more memory for a while; then all together get no more."""
+    """Allow each process no more memory for a while; then all together."""
     for node in NODES:
         pid = process_of(node)
         if pid is None:
@@ -200,7 +200,7 @@ def _limit_to_used(group: 'Group') -> None:
 
 
 def threads(bench: Bench) -> None:
-    """No process of the cell can start another thread or process, as with ``ulimit -u``."""
+    """Let no process of the cell start another thread or process, as with ``ulimit -u``."""
     group = bench.groups.get('pids')
     if group is None:
         print('| no more threads | no groups for processes here | |')
@@ -253,7 +253,7 @@ class Group:
                 *words]
 
     def number(self, name: str) -> int:
-        """Return what a file of the group says."""
+        """Return the content of a file of the group."""
         return int((self._path / name).read_text())
 
     def set(self, name: str, value: Union[int, str]) -> None:
@@ -268,7 +268,7 @@ class Group:
 
 
 def clock(bench: Bench) -> None:
-    """The clock of the computer is set by an hour, forth and back, while the cell is recorded."""
+    """Set the computer's clock an hour ahead and back, while the cell is recorded."""
     program = bench.record(bench.folder / 'bags')
     for what, offset_s in (('an hour forth', HOUR_S), ('and back', 0), ('an hour back', -HOUR_S),
                            ('and forth', 0), ('3 s forth', 3), ('and back', 0)):
@@ -284,7 +284,7 @@ def clock(bench: Bench) -> None:
 
 
 def topics(bench: Bench) -> None:
-    """A node with 500 topics hangs; somebody records all."""
+    """Let a node with 500 topics hang while all topics are recorded."""
     publisher = subprocess.Popen([sys.executable, '-c', _MANY_TOPICS], stdout=subprocess.PIPE)
     assert publisher.stdout is not None
     publisher.stdout.readline()
@@ -304,7 +304,7 @@ def topics(bench: Bench) -> None:
 
 
 def large(bench: Bench, folder: Path, gigabytes: float) -> None:
-    """A bag of many gigabytes is recorded, reported, played and cut."""
+    """Record, report, play and cut a bag of many gigabytes."""
     bag = folder / 'large.bag'
     publisher = subprocess.Popen([sys.executable, '-c', _LARGE_MESSAGES], stdout=subprocess.PIPE)
     assert publisher.stdout is not None
@@ -328,7 +328,7 @@ def large(bench: Bench, folder: Path, gigabytes: float) -> None:
 
 
 def _print_effort(name: str, command: Sequence[str]) -> None:
-    """Print how long a command takes, and the largest memory of its processes."""
+    """Print the duration of a command, and the largest memory of its processes."""
     begin_s = time.monotonic()
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert process.stdout is not None
@@ -339,7 +339,7 @@ def _print_effort(name: str, command: Sequence[str]) -> None:
 
 
 def _print_seeks(bag: Path, count: int = 50) -> None:
-    """Print how long seeks of the player take until the joints of the position have come."""
+    """Print the time of seeks of the player until the joints of the position arrive."""
     arrived = threading.Event()
     subscription = rospy.Subscriber(JOINTS, rospy.AnyMsg, lambda _: arrived.set())
     begin_s = time.monotonic()
@@ -372,7 +372,7 @@ def _player_of(pid: int) -> int:
 
 
 class SetClock:
-    """The offset of the clock of all programs that are started from here."""
+    """The clock offset of all programs that are started from here."""
 
     _only: Optional['SetClock'] = None
 
@@ -393,7 +393,7 @@ class SetClock:
         return SetClock._only
 
     def set(self, offset_s: int) -> None:
-        """Set the clock this much later than it is."""
+        """Set the clock ahead by this much."""
         self._bytes[:] = struct.pack('q', offset_s)
 
 

@@ -25,7 +25,7 @@ _MARKER = Marker(type=Marker.LINE_LIST, points=[Point()] * 2500)
 
 
 def scene_bag(folder: str, length_s: float) -> MadeBag:
-    """Return the bag of so many seconds from the folder; write it if it does not exist."""
+    """Return the bag of this many seconds from the folder; write it if it does not exist."""
     topics = [BagTopic('/image', 30, Image, partial(_stamped, _IMAGE, _IMAGE)),
               BagTopic('/array', 125, Float32MultiArray,
                        lambda index, _time_ns: array_message(index, [1.0] * 6)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares what a subscriber of all topics of a made bag receives with a scan of the bag."""
+"""Compares the messages of a subscriber of all topics of a generated bag with a scan of the bag."""
 from __future__ import annotations
 
 import struct
@@ -29,7 +29,7 @@ class SceneWatch:
         self._changed = threading.Condition()
         self._seen = [_NOTHING] * len(bag.topics)
         self._since_s = [0.0] * len(bag.topics)  # monotonic
-        self._came_s = 0.0  # when the last message did, monotonic
+        self._came_s = 0.0  # arrival of the last message, monotonic
         self._state: Optional[PlayerState] = None
         for number, topic in enumerate(bag.topics):
             rospy.Subscriber(topic.name, rospy.AnyMsg, self._receive, number, tcp_nodelay=True)
@@ -51,7 +51,7 @@ class SceneWatch:
             return self._state
 
     def scene_since(self, position_s: float, timeout_s: float) -> Optional[float]:
-        """Wait for the scene at a position; return when it was complete [s, monotonic]."""
+        """Wait for the scene at a position; return the time when it was complete [s, monotonic]."""
         expected = self.scanned(position_s)
         with self._changed:
             if not self._changed.wait_for(lambda: self._seen == expected, timeout_s):
@@ -59,9 +59,9 @@ class SceneWatch:
             return max(self._since_s)
 
     def differences(self, position_s: float, quiet_s: float, timeout_s: float) -> List[str]:
-        """Return the differences from the scene at a position, once nothing arrives any more.
+        """Return the differences from the scene at a position, once no more messages arrive.
 
-        A scene that differs may still be on its way to a slow subscriber: it has some time.
+        A scene that differs may still be on its way to a slow subscriber: it gets some time.
         """
         expected, until_s = self.scanned(position_s), time.monotonic() + timeout_s
         with self._changed:
@@ -77,7 +77,7 @@ class SceneWatch:
                 in zip(self._bag.topics, seen, self.scanned(position_s)) if index != wanted]
 
     def scanned(self, position_s: float) -> List[int]:
-        """The last message of each topic up to a position, the first one before all of them."""
+        """Return each topic's last message up to a position; before all of them, the first one."""
         position_ns = BEGIN_NS + round(position_s * 1e9)
         return [max(int(np.searchsorted(self._bag.times_ns(number), position_ns, 'right')) - 1, 0)
                 for number in range(len(self._bag.topics))]
@@ -100,7 +100,7 @@ class SceneWatch:
 
 
 def _removes(data: bytes) -> bool:
-    """Whether the first marker of an array removes all."""
+    """Return whether the first marker of an array removes all."""
     frame = _text_end(data, 16)
     action, = struct.unpack_from('<i', data, _text_end(data, frame) + 8)
     return bool(action == Marker.DELETEALL)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Computes how far messages arrive from the time in the schedule of the bag."""
+"""Computes the errors of arrivals relative to the schedule of the bag."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Sequence
@@ -8,9 +8,9 @@ import numpy as np
 
 
 class TopicArrivals(NamedTuple):
-    """A topic in one run: which messages came, when [ns], and when the bag says [ns of the bag].
+    """A topic in one run: the messages, their arrivals [ns], and their bag times [ns of the bag].
 
-    ``indexes`` and ``arrivals_ns`` (n,) are in order of arrival, ``bag_times_ns`` of all messages.
+    ``indexes`` and ``arrivals_ns`` (n,) are in order of arrival, ``bag_times_ns`` has all messages.
     """
 
     indexes: np.ndarray
@@ -18,19 +18,19 @@ class TopicArrivals(NamedTuple):
     bag_times_ns: np.ndarray
 
     def due_ns(self, rate: float) -> np.ndarray:
-        """When each arrival was due, (n,) float, up to an offset common to all topics."""
+        """Return the due time of each arrival, (n,) float, up to an offset common to all topics."""
         return (self.bag_times_ns[self.indexes] - self.bag_times_ns[0]) / rate
 
 
 class TopicError(NamedTuple):
-    """Distances from the schedule (n,) [ms], late ones above 0; messages lost and disordered."""
+    """Schedule errors (n,) [ms], positive if late; numbers of messages lost and out of order."""
 
     errors_ms: np.ndarray
     lost: int
     disordered: int
 
     def percentile(self, percent: float) -> float:
-        """A percentile of the absolute distances [ms]; NaN if nothing arrived."""
+        """Return a percentile of the absolute errors [ms]; NaN if nothing arrived."""
         if not len(self.errors_ms):
             return float('nan')
         return float(np.percentile(np.abs(self.errors_ms), percent))
@@ -41,9 +41,9 @@ def schedule_errors(topics: Sequence[TopicArrivals], reference: Sequence[int],
     """Return the errors of every topic in a run.
 
     A player may begin at any time: one offset, common to all topics, is the median over the
-    messages of the reference topics. Common, so that a topic that always comes late has an error;
-    a median, so that a stall does not shift the others; and of small messages only, because no
-    player can shorten the transfer of an image.
+    messages of the reference topics. It is common, so that a topic that is always late has an
+    error; a median, so that a stall does not shift the others; and of small messages only, because
+    no player can shorten the transfer of an image.
     """
     begin_ns = min(topic.bag_times_ns[0] for topic in topics)
     lateness = [topic.arrivals_ns - topic.due_ns(rate) - (topic.bag_times_ns[0] - begin_ns) / rate
@@ -65,7 +65,7 @@ def _lost(topic: TopicArrivals) -> int:
 
 
 def _disordered(topic: TopicArrivals) -> int:
-    """Messages that came after a later one, or came again."""
+    """Return the number of messages that came after a later one, or came again."""
     if not len(topic.indexes):
         return 0
     newest = np.maximum.accumulate(topic.indexes)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how fast bag_player reacts: to seeks while paused, pauses and changes of rate.
+"""Measures the player's delays: of seeks while paused, pauses and changes of rate.
 
 usage: bench/run seek [--seeks 200] [--commands 50] [--folder FOLDER]
 
-A subscriber in C++ calls the services over connections that stay open and notes what arrives.
+A subscriber in C++ calls the services over connections that stay open and records the arrivals.
 
 seek: from the request until every topic's last message at or before the position has arrived;
 random positions, one every 0.35 s, in a bag with an hour of a robot cell (3 million small messages
@@ -39,21 +39,21 @@ from robots_bag import robots_bag
 _STATE = '/bag_player/state'
 _PERIOD_S, _MAX_PERIOD_S = 0.3, 0.4
 _SETTLED_NS = 100_000_000
-"""After a change of rate; the line of the new rate is taken from what arrives later."""
+"""After a change of rate; the line of the new rate is fitted to later arrivals."""
 _RATES = (0.25, 1.0)
 _CONNECT_TIMEOUT_S = 30.0
 _ROBOTS_MINUTES, _CELL_S = 60.0, 60.0
 
 
 class Session(NamedTuple):
-    """A bag, the commands with their answers, and all arrivals, those of ~state last in number."""
+    """A bag, the commands with their answers, and all arrivals; ~state has the last number."""
 
     bag: MadeBag
     answers: List[Answer]
     arrivals: np.ndarray
 
     def seen(self) -> Seen:
-        """The arrivals of the bag's topics."""
+        """Return the arrivals of the bag's topics."""
         its = self.arrivals[self.arrivals['topic'] < len(self.bag.topics)]
         numbers = np.zeros(len(its), np.int64)
         for topic, made in enumerate(self.bag.topics):
@@ -62,7 +62,7 @@ class Session(NamedTuple):
         return Seen(its['time_ns'], its['topic'], numbers)
 
     def spans(self) -> Iterable[Tuple[Answer, int]]:
-        """Each answer with the time of the next request [ns]."""
+        """Return each answer with the time of the next request [ns]."""
         ends = [answer.request_ns for answer in self.answers[1:]] + [1 << 62]
         return zip(self.answers, ends)
 
@@ -108,7 +108,7 @@ def _seek(bag: MadeBag, count: int) -> List[float]:
 
 
 def _pause(bag: MadeBag, count: int) -> Tuple[List[float], List[float]]:
-    """Latencies of the answers and of the last messages [ms]."""
+    """Return the latencies of the answers and of the last messages [ms]."""
     session = _session(bag, ['play', 'pause'] * count)
     seen = session.seen().first_arrivals()
     pauses = list(session.spans())[1::2]
@@ -118,7 +118,7 @@ def _pause(bag: MadeBag, count: int) -> Tuple[List[float], List[float]]:
 
 
 def _change_rate(bag: MadeBag, count: int) -> Tuple[List[float], List[float], List[float]]:
-    """Latencies of the answers, of the messages' rate and of ~state's [ms]."""
+    """Return the latencies of the answers, of the messages' rate and of ~state's [ms]."""
     rates = [_RATES[number % 2] for number in range(count)]
     session = _session(bag, ['play', *(f'rate {rate}' for rate in rates)])
     seen = session.seen()
@@ -151,7 +151,7 @@ def _session(bag: MadeBag, commands: List[str]) -> Session:
     """Start the player, paused, and give it the commands, one after another."""
     path = os.path.join(os.environ['ROS_HOME'], 'arrivals')
     topics = [topic.name for topic in bag.topics] + [_STATE]
-    # A master of its own: it remembers the types of topics, and the bags have others.
+    # A separate master: it remembers the types of topics, and the other bags have different ones.
     with ros_master(), ArrivalRecorder(topics, path) as recorder:
         with playing(OURS, bag.path, ['--pause', '-k']):
             _wait_until(lambda: recorder.connected() == len(topics), _CONNECT_TIMEOUT_S)
@@ -161,7 +161,7 @@ def _session(bag: MadeBag, commands: List[str]) -> Session:
 
 
 def _at_random_time(recorder: ArrivalRecorder, command: str) -> Answer:
-    """Let the effects of the last command arrive; the delay is random relative to the images."""
+    """Wait until the last command takes effect; the delay is random relative to the images."""
     time.sleep(random.uniform(_PERIOD_S, _MAX_PERIOD_S))
     answer = recorder.call(command)
     if not answer.success:

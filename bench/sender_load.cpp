@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much of a core the sender's thread takes, and how late messages arrive, by the messages a
-// second that it sends.
+// Measures the sender thread's share of a core, and the delay of messages, for several numbers of
+// messages per second.
 //
 // usage: bench_sender_load [SECONDS [TOPICS [MESSAGES_PER_SECOND …]]]
 //
-// Messages of 100 B, in turn on some topics (10) with a subscriber each by TCP in another process,
+// Messages of 100 B, in turn on some topics (10) with one TCP subscriber each in another process,
 // are given to the sender a tenth of a second before they are due, as the player does. The threads
-// that give and read have real-time priority too, if that is allowed: so other work on the machine
+// that give and read have real-time priority too, if permitted, so that other work on the machine
 // does not add to the times.
 
 #include <arpa/inet.h>
@@ -40,7 +40,7 @@ using process_visualizer::sender::TimedSender;
 
 namespace {
 
-constexpr std::size_t kMessageBytes = 100;  // of which the first are the time when it is due
+constexpr std::size_t kMessageBytes = 100;  // the first of them are the due time
 constexpr std::size_t kPacketBytes = kMessageBytes + sizeof(std::uint32_t);
 constexpr QueueLimits kMuch{10'000'000, std::size_t{1} << 32};
 constexpr std::int64_t kLeadNs = 100'000'000;
@@ -70,14 +70,14 @@ std::array<int, 2> connection() {
   return {server, client};
 }
 
-/// A subscriber: reads packets of a known size and notes how late each arrives [ns].
+/// A subscriber: reads packets of a known size and records the delay of each [ns].
 class Reader {
  public:
   explicit Reader(int socket) : socket_(socket) {}
 
   int socket() const { return socket_; }
 
-  /// Reads what is there; returns whether more can come.
+  /// Reads the available data; returns true if more can come.
   bool read(std::vector<std::int64_t>& late_ns) {
     const ssize_t count = recv(socket_, buffer_.data() + size_, buffer_.size() - size_, 0);
     if (count <= 0) return false;
@@ -124,7 +124,7 @@ void receive(const std::vector<int>& sockets) {
               quantile_ms(1.0));
 }
 
-/// What the sender's thread has computed so far [ns].
+/// Returns the CPU time of the sender's thread so far [ns].
 std::int64_t computed() {
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
     std::string name;
@@ -136,7 +136,7 @@ std::int64_t computed() {
   throw std::runtime_error("the sender has no thread");
 }
 
-/// Gives the messages of some seconds, each a moment before it is due.
+/// Gives the sender the messages of some seconds, each shortly before it is due.
 void give(TimedSender& sender, const std::vector<int>& topics, int rate, double length_s) {
   std::string message(kMessageBytes, ' ');
   const std::int64_t begin_ns = monotonicNow() + kLeadNs;

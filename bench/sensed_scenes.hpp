@@ -10,9 +10,9 @@
 
 namespace process_visualizer::objects {
 
-/// Something in the cell that nobody modeled, at one time.
+/// An unmodeled thing in the cell at one time.
 struct Thing {
-  int number;  ///< another one for each visit
+  int number;  ///< a new one for each visit
   std::vector<Solid> solids;
   bool stands = false;  ///< a box on the floor that does not move
   float speed = 0;      ///< m/s
@@ -24,8 +24,8 @@ inline const char* nameOf(SceneKind kind) {
   return kind == SceneKind::kThings ? "things" : kind == SceneKind::kPerson ? "person" : "fast";
 }
 
-/// What is in the cell while time passes, drawn by a seed: things that stand and some that move
-/// slowly; or people who walk in and out; or what is thrown through, and a hand that reaches in.
+/// The things in the cell over time, drawn from a seed: static things and some that move slowly; or
+/// people who walk in and out; or a box that is thrown through, and a hand that reaches in.
 class SensedScene {
  public:
   SensedScene(SceneKind kind, unsigned seed) : kind_(kind), random_(seed) {
@@ -76,7 +76,7 @@ class SensedScene {
         {number, {{Solid::Kind::kBox, size, placed(x, y, size.z() / 2, between(0, 3))}}, true, 0});
   }
 
-  /// A ball on a circle around the robot's place.
+  /// A ball on a circle around the robot's base.
   Thing circling(float t) const {
     const float speed = 0.3F + 0.7F * draws_[0], angle = 6.28F * draws_[1] + speed * t;
     const float size = 0.08F + 0.1F * draws_[2];
@@ -114,7 +114,7 @@ class SensedScene {
          speed});
   }
 
-  /// A hand and a forearm that reach in at 2 m/s, to and fro.
+  /// A hand and a forearm that reach in and out at 2 m/s.
   void addHand(std::vector<Thing>& things, float t) const {
     const float turn = 2.2F * t + 6.28F * draws_[4];
     const float x = 1.75F + 0.9F * std::cos(turn);  // of the hand
@@ -172,7 +172,7 @@ inline const char* nameOf(View view) {
   return names[static_cast<int>(view)];
 }
 
-/// A sensor at a place that looks to another one.
+/// Returns the pose of a sensor at a point that looks at another one.
 inline Eigen::Isometry3f lookingFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
   const Eigen::Vector3f z = (to - from).normalized();
   const Eigen::Vector3f up =

@@ -16,7 +16,7 @@
 
 namespace process_visualizer::objects {
 
-/// A shape that rays meet where formulas say, m.
+/// A shape whose intersection with rays has a formula, m.
 struct Solid {
   enum class Kind { kBox, kEllipsoid, kCapsule };
 
@@ -29,7 +29,7 @@ namespace solids {
 
 constexpr float kMiss = std::numeric_limits<float>::infinity();
 
-/// Where a ray enters a box about the origin, as a multiple of its direction.
+/// Returns where a ray enters a box about the origin, as a multiple of its direction.
 inline float meetsBox(const Eigen::Vector3f& from, const Eigen::Vector3f& way,
                       const Eigen::Vector3f& half) {
   const Eigen::Array3f a = (-half - from).array() / way.array(),
@@ -76,7 +76,7 @@ inline float meets(const Solid& solid, const Eigen::Vector3f& from, const Eigen:
   return kMiss;
 }
 
-/// Half of the lengths of the smallest box around it whose edges are parallel to the axes.
+/// Returns the half lengths of the smallest enclosing box whose edges are parallel to the axes.
 inline Eigen::Vector3f halfExtents(const Solid& solid) {
   const Eigen::Matrix3f turn = solid.pose.linear();
   const Eigen::Vector3f half = solid.size / 2;
@@ -93,7 +93,7 @@ inline Eigen::Vector3f halfExtents(const Solid& solid) {
 
 }  // namespace solids
 
-/// What kind of depth sensor, and what it does to depths.
+/// Kind of a depth sensor, which determines its errors.
 enum class SensorKind { kKinect, kRealSense, kTimeOfFlight };
 
 struct SensorModel {
@@ -101,7 +101,7 @@ struct SensorModel {
   std::string name;
   int width, height;
   float focal;     ///< px
-  float baseline;  ///< m, between what sends out light and what receives it
+  float baseline;  ///< m, between the sender and the receiver of light
 };
 
 inline SensorModel kinect() { return {SensorKind::kKinect, "kinect", 640, 480, 525, 0.075F}; }
@@ -112,7 +112,7 @@ inline SensorModel timeOfFlight() {
   return {SensorKind::kTimeOfFlight, "tof", 512, 424, 366, 0.02F};
 }
 
-/// A standard deviation of depths by their distance, m, on a surface that faces the sensor.
+/// Returns the standard deviation of depths by distance, m, on a surface that faces the sensor.
 inline float noiseOf(const SensorModel& sensor, float depth) {
   switch (sensor.kind) {
     case SensorKind::kKinect:
@@ -124,7 +124,7 @@ inline float noiseOf(const SensorModel& sensor, float depth) {
   }
 }
 
-/// Normally distributed numbers that neighbors share: of a lattice, interpolated between.
+/// Normally distributed numbers, correlated between neighbors: of a lattice, interpolated between.
 class CorrelatedNoise {
  public:
   CorrelatedNoise(int width, int height, int spacing)
@@ -133,7 +133,7 @@ class CorrelatedNoise {
         values_(static_cast<std::size_t>(columns_) * (height / spacing + 2)) {}
 
   void draw(std::mt19937& random) {
-    std::normal_distribution<float> normal(0, 1.5F);  // interpolation takes a third of it away
+    std::normal_distribution<float> normal(0, 1.5F);  // interpolation reduces it by a third
     for (float& value : values_) value = normal(random);
   }
 
@@ -152,7 +152,7 @@ class CorrelatedNoise {
   std::vector<float> values_;
 };
 
-/// A sensor of one of these kinds; what it gets wrong is partly the same from cloud to cloud.
+/// A sensor of one of these kinds; its errors are partly the same from cloud to cloud.
 class SensedWorld {
  public:
   static constexpr int kNothing = -1;
@@ -205,11 +205,11 @@ class SensedWorld {
 
   const Eigen::Isometry3f& pose() const { return pose_; }
 
-  /// What each pixel shows, and where that is in the world, before the sensor gets it wrong.
+  /// The thing and the position in the world that each pixel shows, without the sensor's errors.
   const std::vector<int>& things() const { return things_; }
   Eigen::Vector3f place(std::size_t pixel) const { return pose_ * (ray(pixel) * depths_[pixel]); }
 
-  /// The cloud in the sensor's frame; NaN where it measures nothing.
+  /// Returns the cloud in the sensor's frame; NaN where it measures nothing.
   Points points() {
     fresh_.draw(random_);
     holes_.draw(random_);
@@ -268,8 +268,8 @@ class SensedWorld {
     }
   }
 
-  /// A pixel on an edge sees both sides of it: seldom, a structured-light sensor; always, one that
-  /// measures time of flight; one with two eyes gives some of what is behind to what is in front.
+  /// Mixes both sides of an edge in its pixels: seldom for structured light, always for time of
+  /// flight; a stereo sensor assigns some of the background to the foreground.
   std::vector<float> withMixedPixels() {
     std::vector<float> depths = depths_;
     std::uniform_real_distribution<float> part(0, 1);
@@ -295,7 +295,7 @@ class SensedWorld {
     return depths;
   }
 
-  /// Where what is in front keeps the light away, or one of two eyes.
+  /// Returns the pixels where the foreground occludes the light, or one of two eyes.
   std::vector<bool> shadows() const {
     std::vector<bool> is_dark(depths_.size());
     for (int row = 0; row < model_.height; ++row) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause
-   The time of day as it would be after somebody has set it, for programs that are started with this
-   library in LD_PRELOAD: later by the seconds in the file SET_CLOCK_FILE, which may change while they
-   run. Other clocks, and how long waits take, stay as they are. */
+   Provides a time of day as if it had been set, to programs that are started with this library in
+   LD_PRELOAD: it is later by the seconds in the file SET_CLOCK_FILE, which may change while they
+   run. Other clocks and the durations of waits stay unchanged. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bags of what the drivers of the simulated sewing cell publish, and the cell at another speed."""
+"""Bags of the driver topics of the simulated sewing cell, and the cell at another speed."""
 from __future__ import annotations
 
 from typing import Any, Callable, List, Tuple
@@ -17,7 +17,7 @@ BEGIN_S = 1_600_000_000.0
 
 
 class WarpedCycle:
-    """The cell at other times: ``warp`` turns seconds since the start (n,) into the cycle's."""
+    """The cell at other times: ``warp`` maps seconds since the start (n,) to the cycle's."""
 
     def __init__(self, cycle: SewingCycle, warp: Callable[[np.ndarray], np.ndarray]) -> None:
         self._cycle, self._warp = cycle, warp
@@ -39,7 +39,7 @@ class WarpedCycle:
 
 
 def write_sewing_bag(path: str, cycle: SewingCycle, seconds: float) -> str:
-    """Write what the drivers of robots and machine publish, without images; return the path."""
+    """Write the topics of the robots' and the machine's drivers, no images; return the path."""
     rows: List[Tuple[float, str, Any]] = []
 
     def add(topic: str, rate_hz: float, make: Callable[[Any], Any], values: np.ndarray) -> None:

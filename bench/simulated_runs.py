@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of the simulated sewing cell at a known speed and start, without a bag between."""
+"""Runs of the simulated sewing cell at a known speed and start, without a bag in between."""
 from __future__ import annotations
 
 from typing import Callable, List, NamedTuple, Optional
@@ -17,7 +17,7 @@ CYCLES = 64
 
 
 class SimulatedRun(NamedTuple):
-    """A run, and the time in it [s] of each time of the process: ``start_s + speed * time``."""
+    """A run, and its time [s] for each time of the process: ``start_s + speed * time``."""
 
     run: Run
     start_s: float
@@ -33,9 +33,9 @@ def simulated_run(seed: int, speed: float = 1.0, start_s: float = REST_S,
     """Return a run; before and after the process the cell rests.
 
     Args:
-        seed: decides the noise, and how the edges wander.
-        speed: how many seconds a second of the process takes.
-        start_s: when the process begins.
+        seed: determines the noise, and the wandering of the edges.
+        speed: seconds of the run for a second of the process.
+        start_s: beginning of the process.
         cycle: a cycle with a fault.
     """
     maker = _Maker(cycle or SewingCycle('good', seed), seed % CYCLES, speed, start_s)
@@ -48,7 +48,7 @@ def simulated_run(seed: int, speed: float = 1.0, start_s: float = REST_S,
 
 def varied_run(seed: int, cycle: Optional[SewingCycle] = None, speed: float = 0.03,
                start_s: float = 2.0) -> SimulatedRun:
-    """Return a run whose speed and start the seed draws within these limits."""
+    """Return a run with speed and start drawn from the seed within these limits."""
     random = np.random.default_rng([seed, 9])
     return simulated_run(seed, random.uniform(1.0 - speed, 1.0 + speed),
                          REST_S + random.uniform(-start_s, start_s), cycle)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether memory, threads and open files of every process stay as they are while a cell runs.
+"""Measures growth of memory, threads and open files of every process while a cell runs.
 
 usage: bench/run soak [--minutes 120]
 
 Half of the time a robot with its simulated driver runs, with RViz, and its recorder records (one
-bag after the other, with marks); the other half the first of these bags is played with commands
-at random. Every process of the cell is looked at once a second: the median of the last quarter is
+bag after the other, with marks); the other half the first of these bags is played with random
+commands. Every process of the cell is sampled once a second: the median of the last quarter is
 compared with that of the second one (the first is the start). It ends with 1 if a process has more
 than 8 MB, 2 threads or 5 files more, or if one has ended.
 """
@@ -36,12 +36,12 @@ from process_visualizer.launching.run_record import names_of, processes_of_run
 
 PERIOD_S, BAG_S, START_S = 1.0, 60.0, 120.0
 SETTLE_S = 20.0
-"""RViz makes what it draws, and rospy its threads."""
+"""Time for RViz to create its scene, and for rospy to start its threads."""
 MAX_MORE = {'MB': 8.0, 'threads': 2.0, 'files': 5.0}
 
 
 class Sample(NamedTuple):
-    """What a process has at a moment."""
+    """Resources of a process at a moment."""
 
     MB: float
     threads: float
@@ -49,7 +49,7 @@ class Sample(NamedTuple):
 
 
 def sample(pid: int) -> Sample:
-    """Look at a process; raise OSError if it has ended."""
+    """Sample a process; raise OSError if it has ended."""
     found = process_sample(pid)
     if found is None:
         raise ProcessLookupError(pid)
@@ -66,7 +66,7 @@ class Watch:
         self.ended: List[str] = []
 
     def look(self) -> None:
-        """Take a sample of each."""
+        """Take a sample of each process."""
         for pid, name in tuple(self._names.items()):
             try:
                 self.samples[name].append(sample(pid))
@@ -75,7 +75,7 @@ class Watch:
                 del self._names[pid]
 
     def finds(self) -> List[str]:
-        """Print what each had, and return what has grown."""
+        """Print the resources of each process, and return those that have grown."""
         found = list(self.ended)
         print('| process | MB | threads | files |\n|---|---|---|---|')
         for name, samples in sorted(self.samples.items()):
@@ -93,7 +93,7 @@ class Watch:
 
 def watched(launch_file: str, nodes: Sequence[str], seconds: float,
             begin: Callable[[], Callable[[float], None]]) -> List[str]:
-    """Run a cell and watch it; ``begin`` returns what is done every second, by the time [s]."""
+    """Run a cell and sample it; ``begin`` returns a function to be called each second."""
     run = LaunchRun(launch_file, lambda report: None)
     try:
         end_s = time.monotonic() + START_S
@@ -114,7 +114,7 @@ def watched(launch_file: str, nodes: Sequence[str], seconds: float,
 
 
 def recording(folder: str) -> Callable[[float], None]:
-    """Return what records one bag after the other, and marks moments."""
+    """Return a function that records one bag after the other, and marks moments."""
     recorder = BagRecorder()
     recorder.wait_until_ready(START_S)
     recorder.start(RecordingOptions(folder=folder, name='bag0'))
@@ -131,7 +131,7 @@ def recording(folder: str) -> Callable[[float], None]:
 
 
 def playing() -> Callable[[float], None]:
-    """Return what commands the player at random."""
+    """Return a function that gives the player random commands."""
     player, chance = PlayerClient(), random.Random(1)
     player.wait_until_ready(START_S)
 
@@ -150,7 +150,7 @@ def playing() -> Callable[[float], None]:
 
 
 def main() -> int:
-    """Run both; return 1 if something grew."""
+    """Run both halves; return 1 if something grew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', type=float, default=120.0)
     seconds = 30.0 * parser.parse_args().minutes

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how soon after the last message a robot and a variable are shown without data.
+"""Measures the delay from the last message until a robot and a variable are shown without data.
 
 usage: bench/run stale [--times 20]
 
-Drivers send for a moment, 125 times a second, and stop. The time is measured until the grey arrow,
-and the number with the age of the data, arrive at a subscriber.
+Drivers send for a moment, 125 times a second, and stop. The delay ends when the gray arrow, and
+the number with the age of the data, arrive at a subscriber.
 """
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS = {ARROW_ID: 'arrow', TEXT_ID: 'number'}
 
 
 class Watch:
-    """Notes when each arrow and number of a topic became grey."""
+    """Records when each arrow and number of a topic became gray."""
 
     def __init__(self, topic: str) -> None:
         self._changed = threading.Condition()
@@ -46,7 +46,7 @@ class Watch:
         self._subscriber = rospy.Subscriber(topic, MarkerArray, self._take, tcp_nodelay=True)
 
     def wait(self, count: int) -> Dict[str, float]:
-        """Wait until a number of them are grey; return when they became grey."""
+        """Wait until a number of them are gray; return the times when they became gray."""
         with self._changed:
             if not self._changed.wait_for(lambda: len(self._grey_s) >= count, _TIMEOUT_S):
                 raise RuntimeError(f'only these are grey: {sorted(self._grey_s)}')
@@ -112,7 +112,7 @@ def _measure(times: int) -> Dict[str, 'list[float]']:
 
 
 def _send(publishers: Dict[str, rospy.Publisher], duration_s: float) -> float:
-    """Send for some time; return when the last messages were sent."""
+    """Send for some time; return the time of the last messages."""
     rate, begin_s = rospy.Rate(RATE_HZ), time.monotonic()
     now_s = begin_s
     while now_s < begin_s + duration_s:

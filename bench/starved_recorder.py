@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""For how long a recorder that gets little processor time takes no joint states, beside rosbag.
+"""Gaps of a recorder that gets little processor time, compared with rosbag.
 
 usage: bench/run starved_recorder [SECONDS]
 
 Two cameras (30 images of 0.9 MB a second each) and four robots (125 Hz) are recorded, first by
 bag_recorder, then by rosbag record. For 20 s the recorder gets 4 % of a processor, as beside many
-other programs; root is needed for that. All joint states arrive in the end; what counts is the
-longest time between two recorded messages of each topic, as everything that watches the cell live
-waits for so long.
+other programs; root is needed for that. All joint states arrive in the end; the result is the
+longest time between two recorded messages of each topic, as live subscribers of the recorder wait
+for this time.
 """
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def publish() -> None:
 
 @contextmanager
 def starved(process_id: int) -> Iterator[None]:
-    """Let a process compute for 4 ms in 100 ms: a group of the kernel, for which root is needed."""
+    """Let a process compute for 4 ms in 100 ms, by a control group of the kernel; needs root."""
     is_old = Path('/sys/fs/cgroup/cpu').is_dir()  # version 1 of control groups
     group = Path('/sys/fs/cgroup', *['cpu'] * is_old, f'starved_recorder_{os.getpid()}')
     group.mkdir()

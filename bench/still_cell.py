@@ -40,7 +40,7 @@ class RobotModel(NamedTuple):
     joints: Tuple[str, ...]
 
     def links(self, cycle: SewingCycle, time_s: float) -> Dict[str, Placement]:
-        """Where its links are in its base, link0."""
+        """Return the poses of its links in its base, link0."""
         angles = cycle.joints(self.arm, np.array([time_s]))[0].tolist()
         positions = dict(zip(self.joints, angles))
         found = {it: self.kinematics.placement(it, f'ur_rt_{self.arm.name}/link0', positions)
@@ -69,7 +69,7 @@ class StillCell:
 
     @property
     def truth(self) -> Pose:
-        """Where the sensor is."""
+        """Return the true pose of the sensor."""
         assert self.sensor.base is not None
         return self.sensor.base.pose
 
@@ -89,7 +89,7 @@ class StillCell:
         self._cloud.publish(_cloud(self._camera.render(number).depth))
 
     def move_sensor(self, pose: Pose) -> None:
-        """Say that the sensor is elsewhere than it is."""
+        """Publish a pose of the sensor that differs from its true one."""
         assert self.sensor.base is not None
         self._send([_transform(self.cell.frame, self.sensor.base.frame, pose)])
 
@@ -111,7 +111,7 @@ def _robot(arm: Arm, cell: Cell) -> RobotModel:
 
 
 def _cloud(depth_mm: np.ndarray) -> PointCloud2:
-    """All pixels in the optical frame; NaN where there is no depth."""
+    """Return all pixels in the optical frame; NaN where there is no depth."""
     depth_m = np.where(depth_mm > 0, depth_mm / 1000.0, np.nan)
     u, v = np.meshgrid(np.arange(pinhole.WIDTH), np.arange(pinhole.HEIGHT))
     x = (u - pinhole.CENTER_U) / pinhole.FOCAL_LENGTH_PX * depth_m

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures the time that a virtual machine's host took, which spoils short measurements."""
+"""Measures the time taken by a virtual machine's host, which distorts short measurements."""
 from __future__ import annotations
 
 import os
@@ -26,7 +26,7 @@ def cpu_time() -> CpuTime:
 
 
 def with_share_stolen(run: Callable[[], Result]) -> Tuple[Result, float]:
-    """Return the result of a run and the share of the time that the host took during it."""
+    """Return the result of a run and the share of the time taken by the host during it."""
     before = cpu_time()
     result = run()
     after = cpu_time()
@@ -34,7 +34,7 @@ def with_share_stolen(run: Callable[[], Result]) -> Tuple[Result, float]:
 
 
 def undisturbed(run: Callable[[], Result]) -> Tuple[Result, float]:
-    """Return the first run in which the host took almost nothing, or the best of some, as above.
+    """Return the first run with almost no time taken by the host, or the best of some, as above.
 
     Compared programs must be treated alike: use this for each run of each of them.
     """

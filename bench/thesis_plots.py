@@ -48,10 +48,10 @@ def _component(title: str, stream: Stream, number: int, axis: str, color: str,
 
 
 def _difference(live: Stream, played: Stream) -> str:
-    """Say whether the same numbers came in the same order.
+    """Return whether the same numbers came in the same order.
 
-    Live, the first and last recorded messages are known only by their time, so that there may be
-    one message more or less at the ends.
+    In live data, the first and last recorded messages are known only by their time, so that there
+    may be one message more or less at the ends.
     """
     for shift in sorted(range(-_MAX_SHIFT, _MAX_SHIFT + 1), key=abs):
         ones, others = live.values[max(shift, 0):], played.values[max(-shift, 0):]
@@ -103,7 +103,7 @@ def _write_without_kinect(path: str, run: ThesisRun) -> None:
 
 
 def round_ticks(values: np.ndarray) -> Sequence[float]:
-    """Round values (m,), three to six of them, whose ends hold all values (n,)."""
+    """Return round values (m,), three to six of them, whose ends enclose all values (n,)."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
     least = max(high - low, 1e-3) / _MAX_STEPS
     unit = 10.0 ** np.floor(np.log10(least))

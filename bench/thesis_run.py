@@ -22,7 +22,7 @@ _DEVICES_WITHOUT_KINECT = 'ur_rt_upper,ur_rt_lower,sewing_machine,cell_stand,sim
 _WARM_UP_S = 10.0  # until every node has started and the first images are drawn
 _TIMEOUT_S = 60.0
 _EDGE_S = 0.002  # less than half of the shortest step
-_LATE_S = 60.0  # by which a player that cannot keep up may be late at the end
+_LATE_S = 60.0  # maximum delay at the end of a player that cannot keep up
 
 
 class Stream(NamedTuple):
@@ -33,25 +33,25 @@ class Stream(NamedTuple):
 
     @property
     def rate_hz(self) -> float:
-        """Messages per second from the first to the last; 0 for less than two."""
+        """Return messages per second from the first to the last; 0 for fewer than two."""
         return rate_hz(self.time_s)
 
     def since(self, begin_s: float) -> 'Stream':
-        """The same with times since another one."""
+        """Return the same with times since another one."""
         return Stream(self.time_s - begin_s, self.values)
 
     def steps_s(self) -> np.ndarray:
-        """From each message to the next (n - 1,) [s]."""
+        """Return the time from each message to the next (n - 1,) [s]."""
         return np.diff(self.time_s)
 
 
 class ThesisRun(NamedTuple):
     """All topics of the cell at a rate of images.
 
-    ``published`` and ``played`` are what a subscriber received, its times since the first message
+    ``published`` and ``played`` were received by a subscriber, with times since the first message
     of the recording or of play. ``recorded`` are the times in the bag (n,) [s], ``velocity`` the
     velocities of the lower tool while it was played: x y z [m/s] at their stamps. ``dropped`` is
-    how many played messages the player dropped for slow subscribers.
+    the number of played messages that the player dropped for slow subscribers.
     """
 
     image_hz: int
@@ -63,7 +63,7 @@ class ThesisRun(NamedTuple):
 
 
 def rate_hz(time_s: np.ndarray) -> float:
-    """Messages per second from the first to the last of times (n,) [s]; 0 for less than two."""
+    """Return messages per second between the ends of times (n,) [s]; 0 for fewer than two."""
     return (len(time_s) - 1) / float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
 
 
@@ -86,7 +86,7 @@ def thesis_run(image_hz: int, seconds: float, rviz: bool, folder: Path) -> Thesi
                  for topic, stream in arrived.items()}
     counted = {topic: Stream(stream.time_s[:len(recorded[topic])],
                              stream.values[:len(recorded[topic])])
-               for topic, stream in played.items()}  # at the end the last ones may come again
+               for topic, stream in played.items()}  # at the end the last messages may be repeated
     return ThesisRun(image_hz, published, {topic: times - begin_s
                                            for topic, times in recorded.items()},
                      counted, velocity, dropped)
@@ -94,7 +94,7 @@ def thesis_run(image_hz: int, seconds: float, rviz: bool, folder: Path) -> Thesi
 
 def _record(bag: str, topics: Sequence[str], seconds: float, options: Sequence[str]
             ) -> Dict[str, Stream]:
-    """Run and record the cell; return what a subscriber received, at wall times."""
+    """Run and record the cell; return a subscriber's messages, at wall times."""
     folder, name = os.path.split(bag)
     with ArrivalRecorder(topics, f'{bag}.arrivals') as subscriber:
         with running_cell(*options):
@@ -107,7 +107,7 @@ def _record(bag: str, topics: Sequence[str], seconds: float, options: Sequence[s
             recorder.stop()
             recorder.close()
             wall_minus_monotonic_s = time.time() - time.monotonic()
-        arrivals = subscriber.finish()  # which waits until nothing comes any more
+        arrivals = subscriber.finish()  # it waits until no more messages arrive
     return {topic: stream.since(-wall_minus_monotonic_s)
             for topic, stream in streams(arrivals, topics).items()}
 
@@ -130,7 +130,7 @@ def _play(bag: str, topics: Sequence[str]) -> 'tuple[Dict[str, Stream], Stream, 
     dropped = player.state.dropped if player.state is not None else 0
     listener.unregister()
     player.close()
-    arrivals = arrivals[arrivals['time_ns'] >= begin.request_ns]  # what is paused comes again
+    arrivals = arrivals[arrivals['time_ns'] >= begin.request_ns]  # without repeated messages
     begin_s = arrivals['time_ns'].min() / 1e9
     played = {topic: stream.since(begin_s)
               for topic, stream in streams(arrivals, topics).items()}
@@ -153,7 +153,7 @@ def _velocity(messages: Sequence[TwistStamped]) -> Stream:
 
 
 def streams(arrivals: np.ndarray, topics: Sequence[str]) -> Dict[str, Stream]:
-    """The arrivals by topic, at monotonic times; the numbers of tool frames and forces."""
+    """Return the arrivals by topic, at monotonic times; the numbers of tool frames and forces."""
     found = {}
     for number, topic in enumerate(topics):
         its = arrivals[arrivals['topic'] == number]
@@ -166,7 +166,7 @@ def streams(arrivals: np.ndarray, topics: Sequence[str]) -> Dict[str, Stream]:
 
 
 def _recorded_times(bag: str, topics: Sequence[str]) -> Dict[str, np.ndarray]:
-    """The times (n,) [s] of each topic in a bag."""
+    """Return the times (n,) [s] of each topic in a bag."""
     with Recording([bag]) as recording:
         index = recording.index
         return {topic: index.time_ns[index.positions_of(index.connections_of(topic))] / 1e9
@@ -174,7 +174,7 @@ def _recorded_times(bag: str, topics: Sequence[str]) -> Dict[str, np.ndarray]:
 
 
 def window(stream: Stream, times_s: np.ndarray) -> Stream:
-    """The messages between the first and the last of times (n,) [s], both included.
+    """Return the messages between the first and the last of times (n,) [s], both included.
 
     A message reaches two subscribers at different times, at most ``_EDGE_S`` apart.
     """

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Table 6.2 of the thesis and its figures 6.14, 6.16 and 6.17 with this system.
+"""Table 6.2 of the thesis and its figures 6.14, 6.16 and 6.17, measured with this system.
 
 usage: bench/run thesis_table [--seconds 30] [--rates 30 10 0] [--plots FOLDER] [--rviz]
 
 For each number of images a second the simulated cell runs as `cell run` starts it, with all devices
 (at 0 without the Kinect), and is recorded for the given time by its own recorder. Then the cell
 runs in playback mode with the same devices, and its player plays the recording once. A subscriber
-in C++ with all recorded topics notes when each message comes, live and played. A rate is the number
-of messages less one over the time from the first to the last. The machine's host takes time of a
-virtual machine; the share is printed for each run.
+in C++ with all recorded topics records the arrival of each message, live and played. A rate is the
+number of messages minus one, divided by the time from the first to the last. The share of time
+taken by a virtual machine's host is printed for each run.
 
 The plots are thesis_6_14.png, thesis_6_16.png and thesis_6_17.png. Without --rviz the cell has no
 RViz, whose software renderer would take the processors from the simulator.

@@ -23,11 +23,11 @@ TABLE_6_2: Dict[int, Dict[str, Rates]] = {
     10: {TOOL_FRAME: Rates(123.1, 123.0, 100.0), FORCE: Rates(95.7, 95.2, 84.8)},
     0: {TOOL_FRAME: Rates(9.9, 9.9, 9.9), FORCE: Rates(93.1, 93.1, 93.1)},
 }
-"""By the images per second; at 0 without the Kinect, and with drivers that were set to 10 Hz."""
+"""By images per second; at 0 without the Kinect, and with drivers that were set to 10 Hz."""
 
 PLAYED_STEPS_S = (0.0002, 0.2)
 """Shortest and longest time from one played message to the next (text on figure 6.16).
 
 The text gives these numbers in milliseconds. But 100 messages a second have a mean step of 10 ms,
-so it can only mean seconds.
+so they must be seconds.
 """

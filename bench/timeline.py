@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Zooms the timeline on an hour of recording: how long a frame takes, and holds up the window.
+"""Zooms the timeline on an hour of recording: duration of a frame, and blocking of the window.
 
 usage: bench/run timeline [--pyqtgraph FOLDER]
 
-Seven curves of an hour are zoomed in on and out of again, in steps as of a touchpad. Until a step
-is completely drawn, the time of the window's thread is counted (that of the processor, which other
-programs do not change), and the longest turn of the event loop; the same with the curves overlaid
+Seven curves of an hour are zoomed in and out again, in steps as of a touchpad. The measurements
+are the time of the window's thread until a step is completely drawn (CPU time, which other programs
+do not change), and the longest iteration of the event loop; then the same with the curves overlaid
 in two lanes. With the folder of a pyqtgraph
 (``pip install --target FOLDER pyqtgraph``), it draws the same curves in turn with the timeline.
 """
@@ -37,7 +37,7 @@ _HEIGHT = 520
 
 
 class Shown(NamedTuple):
-    """A widget, how a part [s, s] is shown in it, and whether it is drawn."""
+    """A widget, the function that shows a range [s, s], and whether it has drawn it."""
 
     widget: QWidget
     show: Callable[[float, float], None]
@@ -69,7 +69,7 @@ def timeline(tasks: Tasks, shown: List[Lane]) -> Shown:
 
 
 def overlaid() -> List[Lane]:
-    """The same curves, three and four in a lane, of which two have scales of their own."""
+    """The same curves, three and four in a lane, two of which have scales of their own."""
     first, *others = lanes()
     others = [replace(it, unit='m' if number % 3 == 0 else 'N') for number, it in enumerate(others)]
     return [replace(first, overlaid=tuple(others[:2])),
@@ -100,7 +100,7 @@ def pyqtgraph_plots() -> Shown:
 
 
 def zoomed(shown: Shown) -> Tuple[List[float], float]:
-    """Zoom in and out: the time [s] of each frame, and of the longest turn of the event loop."""
+    """Zoom in and out: the time [s] of each frame and of the event loop's longest iteration."""
     frames, longest_s, part = [], 0.0, whole(_LENGTH_S)
     for factor in [1 / _FACTOR] * _STEPS + [_FACTOR] * _STEPS:
         part = part.zoomed(factor, _AROUND_S)

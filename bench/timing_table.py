@@ -12,12 +12,12 @@ _PERCENTS = (50.0, 99.0, 100.0)
 
 def print_table(title: str, names: Sequence[str], errors: Mapping[str, Sequence[TopicError]],
                 aim: float) -> None:
-    """Print the errors of each player, and the ratio of the 99th percentiles with its goal.
+    """Print the errors of each player, and the ratio of the 99th percentiles with its limit.
 
     Args:
         names: of the topics.
         errors: of each topic, by the player's name.
-        aim: the largest ratio of p99 that is good enough.
+        aim: the largest acceptable ratio of p99.
     """
     print(f'\n{title}: size of the schedule error in ms (p50, p99, max), lost, disordered\n')
     print('| topic | ' + ' | '.join(errors) + ' | p99 ratio |\n' + '|---' * (len(errors) + 2) + '|')

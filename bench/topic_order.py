@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays messages of mixed sizes: do those of each topic arrive in the order of the recording?
+"""Plays messages of mixed sizes, and checks that each topic keeps the order of the recording.
 
 usage: bench/run topic_order [--messages 100000] [--rates=1,-1,16,-16] [--folder FOLDER]
 
 Three topics with messages of 12 B to 900 kB (one of 20 is larger than 1 kB), 2,000 a second in
-all, played from end to end. A subscriber in C++ notes what arrives. A message is out of order if
-one that is later in the direction of play has come before it. Ends with 1 if one is, or is lost.
+all, are played from end to end. A subscriber in C++ records the arrivals. A message is out of order
+if one that is later in the direction of play has come before it. Ends with 1 if one is out of order
+or lost.
 """
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ class Order(NamedTuple):
 
 
 def mixed_bag(folder: str, messages: int) -> MadeBag:
-    """Return the bag with about so many messages from the folder; write it if it does not exist."""
+    """Return the bag of about this many messages from the folder; write it if it does not exist."""
     length_s = messages / (_TOPIC_HZ * len(_TOPICS))
     topics = [BagTopic(name, _TOPIC_HZ, String, partial(_content, name)) for name in _TOPICS]
     return made_bag(Path(folder) / f'mixed_{messages}.bag', topics, length_s)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Verdicts on recorded screws: torque while each was loosened, those that came off as good runs.
+"""Verdicts on recorded screws: the torque while loosening each, with released ones as good runs.
 
     bench/run unfastening FOLDER [--references 25] [--good 20] [--sets 1]
 
 FOLDER is dataset1 of https://github.com/AAAipa/dataset_unfastening (Fraunhofer IPA), which is not
-part of this repository. Of each head and size, good runs are drawn evenly from its programs, as
-many times as ``--sets`` says.
+part of this repository. For each head and size, good runs are drawn evenly from its programs,
+repeated ``--sets`` times.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SCREWS = (('Torx', 'M5'), ('Kreuz', 'M5'), ('Kreuz', 'M6'), ('Kreuz', 'M8'))
 
 
 class Screw(NamedTuple):
-    """A run, and the program of the tool by which it was made."""
+    """A run, and the tool's program that made it."""
 
     run: Run
     program: str
@@ -47,7 +47,7 @@ def screw(path: Path) -> Screw:
 
 
 def balanced(screws: Sequence[Screw], count: int, seed: int) -> Tuple[List[Run], List[Run]]:
-    """So many runs, evenly from all programs; and those that are left."""
+    """Draw this many runs, evenly from all programs; return them and the rest."""
     random = np.random.default_rng(seed)
     by_program: Dict[str, List[Run]] = {}
     for number in random.permutation(len(screws)).tolist():

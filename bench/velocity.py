@@ -11,8 +11,8 @@ is the result of the thesis from the same messages: the difference of two positi
 between their arrivals (equation 5.1, figure 6.15).
 
 An estimate is compared with the truth at its stamp; the delay is the time from then to its arrival.
-Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
-arrow while the tool moves at 20 mm/s or more; a spike is an error above 6 % of the peak, three
+Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed too low for
+an arrow while the tool moves at 20 mm/s or more; a spike is an error above 6 % of the peak, three
 times the permitted noise. The simulator's positions have no noise: all of it comes from the times.
 It is the difference between the estimate and the slope of the true positions in its window; its
 RMS is printed, and the largest one as a multiple of that.
@@ -68,7 +68,7 @@ class Run(NamedTuple):
     bag_begin_s: float = 0.0  # of position 0
 
     def bag_times(self, wall_s: np.ndarray) -> np.ndarray:
-        """Times (n,) [s] of the recording's clock for wall times (n,) in order."""
+        """Return times (n,) [s] of the recording's clock for wall times (n,) in order."""
         if not self.states:
             return wall_s
         clock, states, found = PlaybackClock(), iter(self.states), []
@@ -92,17 +92,17 @@ class Series(NamedTuple):
     smooth: np.ndarray  # the truth as the slope over a window that begins half of it before
 
     def at(self, times_s: np.ndarray) -> np.ndarray:
-        """Velocities (n, 3) [m/s] at other times (n,) [s], interpolated linearly."""
+        """Return velocities (n, 3) [m/s] at other times (n,) [s], interpolated linearly."""
         return np.column_stack([np.interp(times_s, self.time_s, axis) for axis in self.value.T])
 
     def noise(self) -> str:
-        """RMS of the noise in % of the peak, and the largest as a multiple of it."""
+        """Return the RMS of the noise in % of the peak, and the largest as a multiple of it."""
         noise = _length(self.value - self.smooth) / _length(self.truth).max() * 100
         rms = np.sqrt((noise ** 2).mean())
         return f'{rms:.2f} | {noise.max() / rms:.1f}'
 
     def row(self) -> str:
-        """RMS and largest error in % of the peak, and the numbers of false zeros and spikes."""
+        """Return RMS and largest error in % of the peak, numbers of false zeros and spikes."""
         error = _length(self.value - self.truth) / _length(self.truth).max() * 100
         zeros = (_length(self.value) < _ZERO_M_PER_S) & (_length(self.truth) > _MOVING_M_PER_S)
         return (f'{np.sqrt((error ** 2).mean()):.2f} | {error.max():.1f} | {zeros.sum()} | '
@@ -246,7 +246,7 @@ def _report(runs: Dict[str, Run], standing: Dict[str, List[Standing]], bag: str,
 
 
 def _two_samples(run: Run, rate: float, begin_s: float, truth: Truth) -> Series:
-    """The thesis' equation 5.1."""
+    """Compute the thesis' equation 5.1."""
     arrival_s, positions = run.poses[:, 0], run.poses[:, 1:]
     times_s = run.bag_times(arrival_s) - begin_s
     with np.errstate(divide='ignore', invalid='ignore'):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures velocities at positions at which playback is paused, reached in several ways."""
+"""Measures velocities at positions where playback is paused, reached in several ways."""
 from __future__ import annotations
 
 import time
@@ -28,8 +28,8 @@ TIMEOUT_S = 20.0
 class Standing(NamedTuple):
     """The display WITHIN_S after a command that ended at a position [s of the recording].
 
-    The velocity that was published (3,) [m/s] and how long after the command [s] it came first,
-    and the number in RViz [m/s]; None where there is none.
+    The velocity that was published (3,) [m/s] and the time [s] from the command to its first
+    arrival, and the number in RViz [m/s]; None where there is none.
     """
 
     position_s: float
@@ -50,7 +50,7 @@ class Watch:
         rospy.Subscriber(STATE, PlayerState, self._states.append, tcp_nodelay=True)
 
     def after(self, name: str, service: type, *request: Any) -> Standing:
-        """Give a command after which the player is paused, and look."""
+        """Give a command after which the player is paused, and read the display."""
         self._velocities.clear()
         begin_s = time.monotonic()
         command(name, service, *request)

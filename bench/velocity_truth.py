@@ -17,23 +17,23 @@ _NODES = 41  # of a mean over a window
 
 
 class Truth:
-    """The simulator's velocities, and its beginning, from the positions."""
+    """The simulator's velocities, and its time of beginning, found from the positions."""
 
     def __init__(self, seconds: float) -> None:
         """``seconds`` is the known duration of the simulation."""
         self._cycle = SewingCycle('good', SEED)
         times_s = np.arange(0, seconds, PERIOD_S)
         keys = _keys(self._cycle.tool_frame(LOWER, times_s)[:, :3])
-        counts = Counter(keys)  # a position that occurs twice tells no time
+        counts = Counter(keys)  # a position that occurs twice does not identify a time
         self._times = {key: time_s for key, time_s in zip(keys, times_s) if counts[key] == 1}
 
     def velocity(self, times_s: np.ndarray) -> np.ndarray:
-        """Velocities (n, 3) [m/s] in the robot's base frame."""
+        """Return velocities (n, 3) [m/s] in the robot's base frame."""
         velocity: np.ndarray = LOWER.to_base(self._cycle.truth(LOWER, times_s).velocity)
         return velocity
 
     def slope(self, times_s: np.ndarray, window_s: float) -> np.ndarray:
-        """Least-squares slopes (n, 3) [m/s] of the true positions in windows around times (n,) [s].
+        """Return least-squares slopes (n, 3) [m/s] of true positions in windows around times [s].
 
         A slope is a mean of the velocity, weighted by a parabola over the window.
         """
@@ -45,7 +45,7 @@ class Truth:
         return slope
 
     def begin_s(self, arrival_s: np.ndarray, positions: np.ndarray) -> float:
-        """The time [s] at which the simulation began, from the fastest poses (n, 3)."""
+        """Return the time [s] at which the simulation began, from the fastest poses (n, 3)."""
         offsets = [time_s - self._times[key] for time_s, key in zip(arrival_s, _keys(positions))
                    if key in self._times]
         return float(np.percentile(offsets, _MIN_DELAY_PERCENTILE))

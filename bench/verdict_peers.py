@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Three usual ways to judge a run by good ones, for comparison with ours.
 
-Each takes the good runs, and returns the channel of a run that is out of range, or None. A place
+Each takes the good runs, and returns the channel of a run that is out of range, or None. A position
 counts as three channels of each tool. The limits are those of textbooks; ``scale`` multiplies them.
 """
 from __future__ import annotations

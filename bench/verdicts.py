@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Verdicts on five cells with known faults, by the number of good runs they are judged by.
+"""Verdicts on five cells with known faults, by the number of good runs used for the judgment.
 
     bench/run verdicts [--references 1 5 25] [--cells grinding …] [--good 20] [--bad 0] [--seed 1]
                        [--peers] [--sets N]
 
-Prints which faults were found, whether the right cause came first, and how many good runs leave
-their band. ``--bad`` is the share of the references that are faulty. With ``--sets N``, it draws N
-sets of references for each cell instead, and prints how many good runs leave the band of each.
+Prints the faults found, whether the right cause ranks first, and how many good runs leave their
+band. ``--bad`` is the share of the references that are faulty. With ``--sets N``, it draws N sets
+of references for each cell instead, and prints how many good runs leave the band of each.
 """
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Prints how long it takes to join and thin the cropped clouds of one to four Kinects, with
-/// VoxelGrid and with pcl::VoxelGrid, for which they must be joined first. The peer gets its clouds
-/// as PCL's own points, in the right frame already, and its result is not made a message. Fails if
+/// Prints the time to join and thin the cropped clouds of one to four Kinects, with VoxelGrid and
+/// with pcl::VoxelGrid, for which they must be joined first. The peer gets its clouds as PCL's own
+/// points, already in the right frame, and its result is not converted to a message. Fails if
 /// VoxelGrid takes longer with four.
 #include "process_visualizer/cloud/voxel_grid.hpp"
 

@@ -23,7 +23,7 @@ constexpr float kRate = 10, kLength = 10;  // Hz, s
 
 std::vector<std::uint8_t> readNothing(const std::string& /*name*/) { return {}; }
 
-/// Where the person is along x, m: comes in, stands before the robot, and leaves.
+/// Returns the person's position along x, m: walks in, stands before the robot, and leaves.
 float wayAt(float time) {
   const float far = 2.6F, near = 0.85F;
   const auto eased = [](float share) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Other sensors, views and speeds than those of bench/objects.cpp: what is seen of things and
-/// people that nobody modeled, how soon, how large and how near to the robot; and beside it what a
-/// plain pipeline (region, planes, clusters) finds.
+/// Other sensors, views and speeds than those of bench/objects.cpp: how soon, how large and how
+/// near to the robot unmodeled things and people are detected, compared with a plain pipeline
+/// (region, planes, clusters).
 ///
 /// usage: watch_benchmark CLOUDS SEED [sensor=NAME] [view=NAME] [rate=HZ] [scene=NAME] [late=S]
 ///        [plain=1] [verbose=1] [room=1]
-/// CLOUDS of each combination; late: by how much the poses of the robot are older than clouds.
+/// CLOUDS of each combination; late: the age of the robot's poses relative to the clouds.
 #include <pcl/filters/extract_indices.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/search/kdtree.h>
@@ -29,21 +29,21 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr int kTable = 90000;  // nothing is wrong if it is shown, nor if it is not
+constexpr int kTable = 90000;  // may be shown or not, both are right
 constexpr int kFloor = 100000, kRobot = 100001, kWall = 100002;
-constexpr std::size_t kClearly = 80;  // px of a thing that must be seen
-constexpr float kLarge = 0.05F;       // m: two edges of what is in view of it
+constexpr std::size_t kClearly = 80;  // px of a thing that must be detected
+constexpr float kLarge = 0.05F;       // m: two edges of its visible part
 const cloud::Box kRegion({0, 0, 1.05}, {3.6, 3.6, 2.3});
 
-/// What is counted. What begins with `narrow` is counted by the definitions of earlier tables, for
+/// Counts of the results. Names that begin with `narrow` use the definitions of earlier tables, for
 /// comparison.
 struct Figures {
   long clouds = 0, false_objects = 0, split = 0, exchanged = 0, due = 0, missed = 0, visits = 0;
-  long late_visits = 0;  ///< first seen later than in the second cloud
+  long late_visits = 0;  ///< first detected later than in the second cloud
   long distances = 0, too_large = 0;
   long narrow_false = 0, narrow_exchanged = 0, narrow_late = 0, narrow_visits = 0;
   long narrow_too_large = 0;
-  long wrong_in_view = 0;  ///< edges that are neither those of a thing nor of what is in view of it
+  long wrong_in_view = 0;  ///< edges that match neither a thing's nor those of its visible part
   long plain_false = 0, plain_missed = 0;
   float worst_distance = 0, narrow_worst = 0;
   std::vector<float> size_errors;  ///< beyond 1 cm and 1 % of the range, m
@@ -72,7 +72,7 @@ struct Case {
   bool is_in_room;
 };
 
-/// Two walls, 10 cm outside of the region, and a table before them.
+/// Two walls, 10 cm outside of the region, and a table in front of them.
 std::vector<std::pair<Solid, int>> room() {
   const auto block = [](const Vector3f& least, const Vector3f& most) {
     return Solid{Solid::Kind::kBox, most - least,
@@ -92,8 +92,8 @@ Eigen::AlignedBox3f boundsOf(const Thing& thing) {
   return bounds;
 }
 
-/// What a pipeline of any textbook finds: the region, at a centimeter, without the largest planes,
-/// in clusters.
+/// The pipeline of any textbook: the region, at a resolution of a centimeter, without the largest
+/// planes, in clusters.
 std::vector<Vector3f> plainCenters(const Points& points, const Isometry3f& pose,
                                    const cloud::InsideBox& region) {
   using Cloud = pcl::PointCloud<pcl::PointXYZ>;
@@ -182,7 +182,7 @@ class Watch {
   }
 
  private:
-  /// Clouds in which a thing had to be seen, by one of two definitions.
+  /// Counts clouds in which a thing must be detected, by one of two definitions.
   struct Due {
     int clouds = 0;
     bool is_late = false;
@@ -191,10 +191,10 @@ class Watch {
   struct Visit {
     Due due, narrow_due;
     bool is_seen = false;
-    std::set<std::uint32_t> numbers;  ///< that it ever had
-    std::uint32_t last = 0;           ///< the one that was its own when it was seen last
-    Cluster shown = {};               ///< where its surface was when it was seen clearly last
-    Cluster measured = {};            ///< of that what the sensor did not mix with what is behind
+    std::set<std::uint32_t> numbers;  ///< all that it has had
+    std::uint32_t last = 0;           ///< its own number when it was last detected
+    Cluster shown = {};               ///< its surface when it was last clearly visible
+    Cluster measured = {};            ///< of `shown`, without mixed pixels
   };
 
   Isometry3f poseOf(const std::string& link, double time) const {
@@ -277,8 +277,8 @@ class Watch {
     return placesIf([](std::size_t /*pixel*/) { return true; });
   }
 
-  /// Where the sensor measures things up to its noise. A pixel on an edge may show anything between
-  /// a thing and what is behind it, or nothing.
+  /// Returns the points that the sensor measures up to its noise. A pixel on an edge may have any
+  /// depth between a thing and its background, or none.
   std::map<int, Cluster> measuredIn(const Points& points) const {
     return placesIf([&](std::size_t pixel) {
       const Vector3f measured = world_.pose() * points.places[pixel];
@@ -373,13 +373,13 @@ class Watch {
     late += due.is_late ? 1 : 0;
   }
 
-  /// Whether what is in view of a thing is larger than 5 cm in two directions.
+  /// Returns true if the visible part of a thing is larger than 5 cm in two directions.
   static bool isLarge(const Cluster& shown) {
     const Vector3f size = boxAround(shown).size;
     return size.sum() - size.maxCoeff() - size.minCoeff() > kLarge;
   }
 
-  /// Whether another thing passes through it, as people do in these scenes.
+  /// Returns true if another thing passes through it, as people do in these scenes.
   static bool isEntered(const Thing& thing, const std::vector<Thing>& things) {
     return std::any_of(things.begin(), things.end(), [&](const Thing& other) {
       return other.number != thing.number &&
@@ -389,7 +389,7 @@ class Watch {
     });
   }
 
-  /// How many of the pixels that show things are in the box of an object, by thing.
+  /// Returns the number of pixels of each thing that are in the box of an object.
   std::map<int, std::size_t> contents(const TrackedObject& it,
                                       const std::map<int, Cluster>& pixels) const {
     std::map<int, std::size_t> contents;
@@ -400,13 +400,13 @@ class Watch {
     return contents;
   }
 
-  /// How far beside its pixels the box of a thing may seem to be, m.
+  /// Returns the permitted distance of a thing's box beyond its pixels, m.
   float marginAt(const Vector3f& place) const {
     return 0.02F + 3 * noiseOf(case_.sensor, (place - sensor()).norm());
   }
 
-  /// An object whose middle is at no thing. It is false unless most of what it shows are things: a
-  /// pole and an arm that are taken for one thing have their middle between both.
+  /// Handles an object whose center is at no thing. It is false unless most of its points are on
+  /// things: a pole and an arm that are merged into one object have their center between both.
   void falseObject(double time, const TrackedObject& it, const std::map<int, Cluster>& pixels) {
     ++figures_.narrow_false;
     std::size_t real = 0;
@@ -428,8 +428,8 @@ class Watch {
     return way && way->distance < 0.08F;
   }
 
-  /// The distance of what the sensor sees of a thing, or saw of one that stands. What is shown of
-  /// it is the least distance of all objects in whose box its nearest place is.
+  /// Scores the distance of a thing as the sensor sees it, or saw it last if it is static. The
+  /// shown distance is the least of all objects whose box contains the thing's nearest point.
   void scoreDistance(double time, const Thing& thing, const TrackedObject& nearest,
                      const std::vector<TrackedObject>& tracked, bool is_shown) {
     const auto visit = visits_.find(thing.number);
@@ -464,9 +464,9 @@ class Watch {
           way->on_object.y(), way->on_object.z());
   }
 
-  /// The number of a thing is that which it had when it was seen last, as long as an object with it
-  /// shows the thing, else that of the largest object: then it is exchanged (the mismatch of
-  /// Bernardin and Stiefelhagen 2008). That somebody has two numbers at once is counted as `split`.
+  /// The number of a thing is the one it had when it was last detected, as long as an object with
+  /// it shows the thing, else that of the largest object: then it is exchanged (the mismatch of
+  /// Bernardin and Stiefelhagen 2008). A person with two numbers at once counts as `split`.
   void scoreNumbers(double time, int thing, const std::map<std::uint32_t, std::size_t>& now) {
     Visit& visit = visits_[thing];
     if (now.count(visit.last) > 0) return;
@@ -495,7 +495,7 @@ class Watch {
     visit.numbers.insert(number);
   }
 
-  /// Edges in the order of a box, and those of what is in view of a thing along them.
+  /// Compares edges in the order of a box with those of a thing's visible part along them.
   void scoreSize(double time, const Thing& thing, const TrackedObject& it,
                  const std::map<int, Cluster>& pixels) {
     if (!thing.stands || it.object.isTruncated()) return;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What other sensors than a Kinect see of things and people, how soon, how large and how near.
+"""Detection of things and people by sensors other than a Kinect: delay, size and distance.
 
 usage: bench/run watch [--clouds 20] [--seed 1] [--late 0.0] [--room] [--plain] [--verbose]
                        [--only sensor=realsense view=low rate=5 scene=person]
@@ -7,27 +7,27 @@ usage: bench/run watch [--clouds 20] [--seed 1] [--late 0.0] [--room] [--plain] 
 A robot of six joints moves on a floor with three boxes and poles. A ball goes around it; or two
 people of fifteen parts walk through at 1.1 to 1.6 m/s; or a box of 8 to 18 cm is thrown through at
 1.5 to 3 m/s, and a hand reaches in at 2 m/s. Shapes are analytic, the robot is a mesh. With --room,
-there are two walls 10 cm outside of the region, which the sensor faces, and a table before them.
-Sensors: a Kinect, one with two eyes (as a RealSense D435) and one of time of flight, each with
-noise that neighbors and clouds share in part, holes, shadows and mixed pixels; from above (3.2 m),
-at 45°, low (0.9 m high) and on a link of the robot. All combinations with 5, 10 and 30 Hz.
+there are two walls 10 cm outside of the region, which the sensor faces, and a table in front of
+them. Sensors: a Kinect, a stereo sensor (as a RealSense D435) and a time-of-flight sensor, each
+with noise that neighbors and clouds share in part, holes, shadows and mixed pixels; from above
+(3.2 m), at 45°, low (0.9 m high) and on a link of the robot. All combinations with 5, 10 and 30 Hz.
 Everything runs in one process, on simulated time.
 
-A thing is due when 80 of its pixels are seen in the region, what is seen of it is larger than 5 cm
-in two directions, it is 8 cm from the robot, and nobody walks through it. It is seen late if
-neither of the first two clouds in which it is due shows it. Its number is that which it had when it
-was seen last, as long as an object with it shows the thing, else that of the largest object: then
-it is exchanged (Bernardin and Stiefelhagen 2008). A person with two numbers at once is seen as
-several. An object is false if less than half of its points show things. A size is wrong beyond
-1 cm + 1 % of the range, for what stands and is not cut off; and beside that of what is in view of
-it, along the same edge. A distance is too large by 2 cm and
-three standard deviations of the sensor beside that of what is measured, or was measured last
-(pixels on edges that the sensor mixes with what is behind do not count); it is the least of all
-objects in whose box the place is that is nearest to the robot. The last five figures
-are counted as in the tables of before 2026-11-26: a false object is one whose middle is at no
-thing; each further number of a thing is exchanged; 80 pixels are due; the distance is that of the
-nearest object whose middle is at the thing. The plain
-pipeline is that of any textbook: region, grid of 1 cm, planes by RANSAC, Euclidean clusters.
+A thing is due when 80 of its pixels are visible in the region, its visible part is larger than 5 cm
+in two directions, it is 8 cm from the robot, and nobody walks through it. It is late if neither of
+the first two clouds in which it is due shows it. Its number is the one it had when it was last
+detected, as long as an object with it shows the thing, else that of the largest object: then it is
+exchanged (Bernardin and Stiefelhagen 2008). A person with two numbers at once is "seen as several".
+An object is false if less than half of its points are on things. For static things that are not
+cut off, a size is wrong if it is off by more than 1 cm + 1 % of the range; it is also compared with
+the visible part, along the same edge. A distance is too large if it exceeds the measured one, or
+the one measured last, by 2 cm and three standard deviations of the sensor (pixels on edges that the
+sensor mixes with the background do not count); it is the least of all objects whose box contains
+the point nearest to the robot. The last five figures use the definitions of the tables before
+2026-11-26: a false object is one whose center is at no thing; each further number of a thing is an
+exchange; 80 pixels are due; the distance is that of the nearest object whose center is at the
+thing. The plain pipeline is that of any textbook: region, grid of 1 cm, planes by RANSAC, Euclidean
+clusters.
 """
 from __future__ import annotations
 

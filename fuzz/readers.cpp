@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Feeds what reads bytes and texts in C++ with bad input, under the address and undefined behaviour
-// sanitizers: ./run_tests sanitizers. Each input is told by its number.
+// Feeds the C++ readers of bytes and texts with bad input, under the address and undefined behavior
+// sanitizers: ./run_tests sanitizers. Each input is determined by its number.
 //
 // usage: fuzz_readers [INPUTS [FIRST]]
 
@@ -61,7 +61,7 @@ Bytes serialized(const Message& message) {
   return bytes;
 }
 
-/// What our nodelets do with a message: its lengths are checked, then roscpp reads it.
+/// Reads a message as our nodelets do: its lengths are checked, then roscpp reads it.
 template <typename Message>
 void addChecked(std::vector<Target>& targets, const Message& message) {
   const ClaimedLengths lengths(ros::message_traits::DataType<Message>::value(),
@@ -169,7 +169,7 @@ std::vector<Target> allTargets() {
   return targets;
 }
 
-/// Changes bytes, a number of four, takes a piece out, puts it in twice, or cuts the end off.
+/// Changes bytes or a number of four, removes or repeats a piece, or cuts the end off.
 void change(Chance& chance, Bytes& bytes) {
   constexpr std::uint32_t kOdd[] = {0, 1, 255, 1u << 24, 0x0fffffff, 0x7fffffff, 0xffffffff};
   const std::size_t at = chance.below(bytes.size() + 1);
@@ -209,7 +209,7 @@ int main(int argc, char** argv) {
     for (std::size_t changes = 1 + chance.below(4); changes > 0; --changes) change(chance, bytes);
     try {
       target.feed(bytes);
-    } catch (const std::exception&) {  // refused, whatever the reason; not so a sanitizer's end
+    } catch (const std::exception&) {  // refused, for any reason; a sanitizer's end is not caught
       ++refused;
     }
   }

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Feeds the parts of this package with bad input: prints how much, and what was wrong.
+"""Feeds the parts of this package with bad input: prints the number of inputs, and the failures.
 
 usage: python3 fuzz/run.py [--inputs 1000000] [--seconds 300] [--first 0] [TARGET …]
 
-(in the environment of the workspace.) Inputs are counted from ``--first`` on; one that is found
-is had again with ``--first NUMBER --inputs 1 TARGET``. It ends with 1 if something was wrong: an
-exception that is none of the expected ones, more than 2 s, or more than 300 MB of memory.
+(in the environment of the workspace.) Inputs are counted from ``--first`` on; one that failed is
+repeated with ``--first NUMBER --inputs 1 TARGET``. It ends with 1 if something failed: an
+unexpected exception, more than 2 s, or more than 300 MB of memory.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MAX_FINDS = 20
 
 
 class Result(NamedTuple):
-    """How many inputs a target got, how many it refused, for how long [s], and what was wrong."""
+    """Numbers of a target's inputs and refusals, its time [s], and the failures."""
 
     inputs: int
     refused: int
@@ -33,7 +33,7 @@ class Result(NamedTuple):
 
 
 def feed(target: Target, first: int, inputs: int, seconds: float) -> Result:
-    """Feed a target until it has had all inputs, or the time is over."""
+    """Feed a target until it has had all inputs, or the time is up."""
     with temporary_folder() as folder:
         fed = target.begin(Path(folder))
         begin_s, count, refused = time.monotonic(), 0, 0
@@ -45,7 +45,7 @@ def feed(target: Target, first: int, inputs: int, seconds: float) -> Result:
             start_s = time.process_time()
             try:
                 refused += fed(number)
-            except Exception as error:  # what is looked for
+            except Exception as error:  # the failures to be found
                 place = traceback.extract_tb(error.__traceback__)[-1]
                 finds.append(f'{target.name} {number}: {error!r:.200} '
                              f'({Path(place.filename).name}:{place.lineno})')
@@ -64,7 +64,7 @@ def _peak_kb() -> int:
 
 
 def main() -> int:
-    """Feed; return 1 if something was wrong."""
+    """Feed the targets; return 1 if something failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--inputs', type=int, default=1_000_000)
     parser.add_argument('--seconds', type=float, default=300.0)

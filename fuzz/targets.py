@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is fed with bad input, made of good input by chance, and how each may refuse it.
+"""The targets, their inputs, which are random changes of good ones, and their permitted refusals.
 
-Each input is told by its number, so that what is found can be had again.
+Each input is determined by its number, so that a failure can be reproduced.
 """
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from process_visualizer.playback.timeline import CommandRefused, Timeline  # noq
 from process_visualizer.robot.frames import Frame, FrameTree  # noqa: E402
 
 Fed = Callable[[int], bool]
-"""Takes the input of a number; returns whether it was refused, and raises what is a find."""
+"""Takes the number of an input; returns whether it was refused, and raises on a failure."""
 _WILD = (0.0, -0.0, 1e-9, -1e-9, 1.0, -1.0, 1e9, 1e18, 1e38, -1e308, 1e308, math.inf, -math.inf,
          math.nan, 5e-324, 2.0 ** 63, -2.0 ** 63)
 _ODD_BYTES = (b'', b'\0', b'\xff', b'\xff\xff\xff\xff', b'\xff\xff\xff\x7f', b'\0\0\0\x80',
@@ -59,7 +59,7 @@ _ODD_BYTES = (b'', b'\0', b'\xff', b'\xff\xff\xff\xff', b'\xff\xff\xff\x7f', b'\
 
 
 class Target(NamedTuple):
-    """Something that is fed: its name, how many of a million inputs it gets, what feeds it."""
+    """A target: its name, its share of the inputs, and the function that feeds it."""
 
     name: str
     share: float
@@ -67,7 +67,7 @@ class Target(NamedTuple):
 
 
 def configurations(folder: Path) -> Fed:
-    """Feed the parser of configurations: whole files changed, and others' words put in."""
+    """Feed the parser of configurations: whole files with random changes, and words of others."""
     whole = [it.text for it in BAD_INPUT]
     whole += [path.read_text() for path in (
         _ROOT / 'devices.xml', _ROOT / 'sewing_cell' / 'devices' / 'simulated.xml',
@@ -122,7 +122,7 @@ def messages(_folder: Path) -> Fed:
             read(_changed(chance, data))
         except (MemoryError, RecursionError, AssertionError, SystemError):
             raise
-        except Exception:  # which one, is tested with each reader
+        except Exception:  # any exception; each reader's own test checks the kind
             return True
         return False
 
@@ -130,7 +130,7 @@ def messages(_folder: Path) -> Fed:
 
 
 def definitions(_folder: Path) -> Fed:
-    """Feed the parser of message definitions, as a publisher or a bag claims them."""
+    """Feed the parser of message definitions, as a publisher or a bag provides them."""
     whole = [(it._type, it._full_text) for it in MESSAGES]
     words = sorted({word for _, text in whole for word in text.split()})
 
@@ -150,7 +150,7 @@ def definitions(_folder: Path) -> Fed:
 
 
 def stored(_folder: Path) -> Fed:
-    """Feed what reads the configuration in a bag or on a parameter server: JSON."""
+    """Feed the reader of the configuration in a bag or on a parameter server: JSON."""
     whole = (b'{"file": "a.xml", "files": {"a.xml": "<visualizer/>"}, "arguments": {"a": "1"}, '
              b'"path": "/home/a/a.xml", "texts": {}}')
 
@@ -210,11 +210,11 @@ TARGETS: Tuple[Target, ...] = (
     Target('messages', 0.56, messages), Target('requests', 0.25, requests),
     Target('stored', 0.13, stored), Target('definitions', 0.045, definitions),
     Target('configurations', 0.014, configurations), Target('bags', 0.001, bags))
-"""The slowest last."""
+"""The slowest target is the last one."""
 
 
 def _changed(chance: random.Random, data: bytes) -> bytes:
-    """Change bytes: some, a number of four, a piece out, in or twice, the end off."""
+    """Change bytes or a number of four, remove, insert or repeat a piece, or cut the end off."""
     for _ in range(chance.choice((1, 1, 1, 2, 4, 8))):
         at = chance.randrange(len(data) + 1)
         end = at + chance.choice((0, 1, 4, 8, 50))
@@ -236,7 +236,7 @@ def _changed(chance: random.Random, data: bytes) -> bytes:
 
 
 def _changed_text(chance: random.Random, text: str, words: List[str]) -> str:
-    """Put other words in the place of words, or between, or leave some out."""
+    """Replace words by others, insert others between them, or leave some out."""
     at = chance.randrange(len(text) + 1)
     found = re.compile(r'[\w.$()/-]+|"[^"]*"|<[^<>]*>').search(text, at)
     begin, end = found.span() if found is not None else (at, at)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Takes the pictures of the launcher that lead from a poor run to its cause, recorded and live.
+"""Takes the launcher's pictures that lead from a poor run to its cause, recorded and live.
 
 usage: compare_picture.py CONFIG BAG POOR FOLDER    (started by take_compare_picture)
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names the failed tests of all JUnit files below a folder, and counts; exit code 1 if one failed.
+"""Prints the failed tests of all JUnit files below a folder, and counts; exit code 1 if one failed.
 
     count_tests.py FOLDER [STEP …]
 
@@ -15,7 +15,7 @@ from typing import List, NamedTuple, Sequence
 from xml.etree import ElementTree
 
 _WRAPPER = 'rostest-'
-"""The beginning of the files in which rostest reports whether a test's program ran at all."""
+"""Prefix of the files in which rostest reports whether a test's program ran at all."""
 
 _MESSAGE_LINES = 25
 
@@ -43,7 +43,7 @@ def cases_in(path: Path) -> List[Case]:
 
 
 def failures_in(cases: Sequence[Case]) -> List[Case]:
-    """The failed ones."""
+    """Return the failed tests."""
     return [case for case in cases if case.outcome == 'failed']
 
 
@@ -55,14 +55,14 @@ def _outcome(case: ElementTree.Element) -> str:
 
 
 def _message(case: ElementTree.Element) -> str:
-    """The end of the message of a failure; its beginning is in the output of the test."""
+    """Return the end of the message of a failure; its beginning is in the output of the test."""
     said = [it for it in case if it.tag in ('failure', 'error')]
     texts = [f'{it.get("message") or ""}\n{it.text or ""}' for it in said]
     return '\n'.join('\n'.join(text.strip().splitlines()[-_MESSAGE_LINES:]) for text in texts)
 
 
 def _failures_without_case(root: ElementTree.Element, cases: Sequence[Case]) -> List[Case]:
-    """Failures that a suite counts without a case, as unittest does for a failed setUpClass."""
+    """Return failures that a suite counts without a case, such as unittest's of setUpClass."""
     suites = [root] if root.tag == 'testsuite' else root.findall('testsuite')
     counted = sum(int(suite.get(kind) or 0) for suite in suites for kind in ('errors', 'failures'))
     names = [suite.get('name') or '' for suite in suites]

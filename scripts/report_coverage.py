@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Prints how much of each folder's lines and branches the tests have run.
+"""Prints the share of each folder's lines and branches that the tests have run.
 
     report_coverage.py FILE …
 
-The files are slipcover's; a line counts as run if it was run in one of them.
+The files are slipcover's; a line counts as covered if it was run in one of them.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SOURCES = 'src/process_visualizer/'
 
 
 class Share(NamedTuple):
-    """How many were run of how many there are."""
+    """Numbers of covered and of all lines or branches."""
 
     run: int
     all: int
@@ -28,7 +28,7 @@ class Share(NamedTuple):
 
 
 def shares(reports: List[Dict[str, Any]], kind: str) -> Dict[str, Share]:
-    """What was run of the lines or branches of each folder."""
+    """Return the coverage of the lines or branches of each folder."""
     executed: DefaultDict[str, Set[Any]] = defaultdict(set)
     every: DefaultDict[str, Set[Any]] = defaultdict(set)
     for report in reports:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays the drivers of the upper robot for a picture: moving, standing, or pressed by a hand.
+"""Plays the drivers of the upper robot for a picture: moving, standing still, or pressed by a hand.
 
 usage: robot_situation.py moving|standing|pressed    (until it is ended)
 """

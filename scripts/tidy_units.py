@@ -25,7 +25,7 @@ Command = Dict[str, str]
 
 
 def sources(commands: List[Command]) -> Dict[Path, Dict[str, Command]]:
-    """A command for each source file, by folder; a source may be in several targets."""
+    """Return a command for each source file, by folder; a source may be in several targets."""
     folders: Dict[Path, Dict[str, Command]] = defaultdict(dict)
     for command in commands:
         for path in compiled(Path(command['file'])):
@@ -35,13 +35,13 @@ def sources(commands: List[Command]) -> Dict[Path, Dict[str, Command]]:
 
 
 def compiled(file: Path) -> List[Path]:
-    """The sources that a command compiles: several, if they are in a file of the quick build."""
+    """Return the sources that a command compiles: several for a file of the quick build."""
     names = INCLUDED.findall(file.read_text()) if file.parent.name == 'Unity' else [str(file)]
     return [Path(os.path.realpath(name)) for name in names]
 
 
 def unit_command(unit: Path, commands: Dict[str, Command]) -> Command:
-    """The command with the most include paths, for a unit."""
+    """Return the command with the most include paths, for a unit."""
     longest = max(commands.values(), key=lambda command: command['command'].count('-isystem'))
     return {**longest, 'file': str(unit),
             'command': longest['command'].replace(longest['file'], str(unit))}

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a cell, and a recording of somebody who walks in: FOLDER CLOUDS, and the line printed by
-walk_in_clouds on the standard input.
+"""Makes a cell, and a recording of a person who walks in: FOLDER CLOUDS.
+
+The standard input is the line printed by walk_in_clouds.
 """
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ JOINTS = [f'j{number}' for number in range(6)]
 
 def main() -> None:
     """Write cell.xml and walk_in.bag beside arm.urdf in the folder."""
-    width, height, *pose = map(float, sys.stdin.read().split())  # ends when all is written
+    width, height, *pose = map(float, sys.stdin.read().split())  # ends when everything is written
     folder, clouds = Path(sys.argv[1]), np.fromfile(sys.argv[2], np.float32)
     matrix = np.reshape(pose, (3, 4))
     xyz = ' '.join(f'{it:.6f}' for it in matrix[:, 3])

@@ -76,7 +76,7 @@ class Photographer:
         self._picture('start')
 
     def _real_time(self) -> str:
-        """Launch, record, calibrate, and let a node die; returns the path of the bag."""
+        """Launch, record, calibrate, and let a node die; return the path of the bag."""
         launcher, folder = self.launcher, os.environ['ROS_HOME']
         displays: List[bool] = []
         launcher.link.displays.connect(
@@ -107,7 +107,7 @@ class Photographer:
         return str(next(Path(folder).glob('*.bag')))
 
     def _replay(self) -> None:
-        """Look back; without the Kinect, whose images are much for a computer that draws itself."""
+        """Look back, without the Kinect: its images slow down software rendering."""
         launcher, replay = self.launcher, self.launcher.replay
         launcher.cell.tick('kinect', False)
         self._click('launch')
@@ -144,7 +144,7 @@ class Photographer:
         device.topLevelItem(3).setExpanded(False)
 
     def _problems(self) -> None:
-        """Show a file that was changed while it was open, with mistakes."""
+        """Show a file with mistakes that was changed while it was open."""
         config, cell = Path(self._config), self.launcher.cell
         good = broken = config.read_text(encoding='utf-8')
         for right, wrong in _TYPOS:
@@ -193,7 +193,7 @@ class Photographer:
         self._quit()
 
     def _fit(self) -> None:
-        """Find the Kinect, which is thought to be 20 mm and 2° beside its place."""
+        """Fit the Kinect, whose configured pose is wrong by 20 mm and 2°."""
         model, fit = self.launcher.calibration, self.launcher.calibrating.fit
         self.window.panels.setCurrentWidget(self.window.calibration)
         model.choose('kinect')
@@ -213,7 +213,7 @@ class Photographer:
         self.window.panels.setCurrentIndex(0)
 
     def _record_poor_seam(self) -> str:
-        """Record until a limit has been left and kept again; returns the path of the bag."""
+        """Record until a limit has been left and kept again; return the path of the bag."""
         launcher, before = self.launcher, self.launcher.session.devices
         launcher.cell.open(self._config, {'quality': 'poor'})
         self._until(lambda: launcher.session.devices is not before, 20.0)
@@ -254,7 +254,7 @@ class Photographer:
         self._quit()
 
     def _near_object(self) -> None:
-        """A hand comes near a robot: now, and in a recording of it."""
+        """Show a hand that comes near a robot: live, and in a recording of it."""
         launcher, before = self.launcher, self.launcher.session.devices
         launcher.cell.open(self._config, {'objects': 'true', 'intruder': 'hand'})
         self._until(lambda: launcher.session.devices is not before, 20.0)

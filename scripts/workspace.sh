@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Shared by ./demo and ./run_tests: installs what is missing, builds a catkin workspace outside of the
-# source tree, and loads its environment. Sourced by bash; the repository is in $repository.
+# Shared by ./demo and ./run_tests: installs missing packages, builds a catkin workspace outside of
+# the source tree, and loads its environment. Sourced by bash; the repository is in $repository.
 #
 # prepare            programs and tests
-# prepare programs   without tests: quicker where nothing has been built
-# prepare_checkers   nothing is built, for what reads only the sources
+# prepare programs   without tests: quicker if nothing has been built
+# prepare_checkers   builds nothing, for checkers that read only the sources
 # build_sanitized    the tests with sanitizers, into the folder $sanitized
 
 export HOME="${HOME:-$(getent passwd "$(id -u)" | cut -d: -f6)}"  # env -i has none
@@ -17,7 +17,7 @@ what=tests
 
 listed() { grep -h -v -e '^#' -e '^$' "$@"; }
 
-# The files that name Debian's packages: those of all releases, those of this one, those of tests.
+# The files with the names of Debian packages: for all releases, for this one, for tests.
 apt_files() {
   local release
   release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
@@ -62,7 +62,7 @@ install_python() {
     stamp=$venv/installed-$(realpath --relative-to "$repository/requirements" "$file" | tr / -)
     cmp -s "$file" "$stamp" && continue
     echo "installing Python packages into $venv"
-    # Not recreated: running programs would miss the packages of the system for a moment.
+    # Not recreated: running programs would briefly lack the packages of the system.
     [ -x "$venv/bin/pip" ] || /usr/bin/python3 -m venv --system-site-packages "$venv"
     "$venv/bin/pip" install -q -r "$file"
     cp "$file" "$stamp"
@@ -79,7 +79,7 @@ build_inputs() {
 }
 
 # catkin_make would start no second compiler while the load is above the number of processors, which
-# its own compilers are. Only messages for C++ and Python are needed.
+# its own compilers cause. Only messages for C++ and Python are needed.
 make_all() (
   testing=ON launcher=
   [ "$what" = tests ] || testing=OFF
@@ -95,7 +95,7 @@ make_all() (
     { [ $testing = OFF ] || make -C build -j"$(nproc)" tests; }
 )
 
-# usage: logged LOG COMMAND …   its output is printed only if it fails, and then its end
+# usage: logged LOG COMMAND …   prints only the end of the output, and only if the command fails
 logged() {
   local log=$1
   shift
@@ -106,7 +106,7 @@ logged() {
   fi
 }
 
-# The file `built-programs` says of what sources the programs are, `built-tests` of what the tests.
+# `built-programs` records the sources of the built programs, `built-tests` those of the tests.
 build() {
   local inputs
   inputs=$(build_inputs)
@@ -148,8 +148,8 @@ restore_network() {
   [ -z "$named_ip" ] || export ROS_IP=$named_ip
 }
 
-# Installs what is missing, under a lock, so that concurrent calls do not disturb each other. Each
-# workspace has a lock of its own for building: who only checks does not wait for a build.
+# Installs missing packages, under a lock, so that concurrent calls do not disturb each other. Each
+# workspace has a lock of its own for building: a checker does not wait for a build.
 install_all() {
   unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
   export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"

@@ -35,9 +35,9 @@ RUN = '<run begin="starts" end="stops" before="2" after="1"/>'
 def write_bag(folder: Path, name: str = 'a.bag', cycles: int = 2, poor: Optional[int] = None,
               robot: str = 'arm', machine: str = 'machine', run: str = RUN,
               stored: bool = True, part_of_s: Tuple[float, float] = (0.0, math.inf)) -> str:
-    """Write a bag of some cycles; in the poor one the force jumps 3 s after its begin.
+    """Write a bag of some cycles; in the poor one the force jumps 3 s after its beginning.
 
-    The configuration is beside it, as cell.xml. ``part_of_s`` is what of the process it holds.
+    The configuration is beside it, as cell.xml. ``part_of_s`` is the recorded part of the process.
     """
     config, path = folder / 'cell.xml', folder / name
     config.write_text(CELL.format(robot=robot, machine=machine, run=run), encoding='utf-8')
@@ -60,7 +60,7 @@ def write_bag(folder: Path, name: str = 'a.bag', cycles: int = 2, poor: Optional
 
 
 def progress_m(process_s: float) -> float:
-    """How far the tool is: it waits, goes, waits, comes back, waits."""
+    """Return the tool's position: it waits, moves there, waits, moves back, waits."""
     there, back = (min(max(it, 0.0), 1.0) for it in ((process_s - 1.0) / 4.0,
                                                      (process_s - 6.0) / 3.0))
     return 0.5 * (there * there * (3.0 - 2.0 * there) - back * back * (3.0 - 2.0 * back))

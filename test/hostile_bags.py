@@ -21,9 +21,9 @@ _JOINT = '<joint name="j" type="fixed"><parent link="base"/><child link="a"/></j
 
 
 class Hostile(NamedTuple):
-    """A recording: ``inside`` its device, ``before`` it, further files and arguments.
+    """A recording: ``inside`` its device, ``before`` it, additional files and arguments.
 
-    ``told`` is in what is said of it.
+    ``told`` is part of the message about it.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Hostile(NamedTuple):
 
 
 def hostile(canaries: Path, port: int) -> List[Hostile]:
-    """Return the recordings; ``port`` is one of this computer where nobody may connect."""
+    """Return the recordings; ``port`` is a port of this computer that nothing may connect to."""
     def touch(name: str) -> str:
         return f'touch {canaries}/{name}'
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads what a live page is sent, as web/src/live_tracks.js does."""
+"""Reads the data of a live page, as web/src/live_tracks.js does."""
 from __future__ import annotations
 
 from struct import unpack_from
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class SeenFrame(NamedTuple):
-    """Places (position, turn) by frame, arrows (foot, vector, color), texts (color, text)."""
+    """Poses (position, turn) by frame, arrows (foot, vector, color), texts (color, text)."""
 
     layout: int
     number: int
@@ -20,7 +20,7 @@ class SeenFrame(NamedTuple):
 
 
 def read_frame(layout: Dict[str, Any], data: bytes) -> SeenFrame:
-    """A frame by its layout; all of it has to be understood."""
+    """Decode a frame by its layout; every byte must be used."""
     kind, number, count, time_s = unpack_from('<BxHId', data)
     assert kind == 1
     assert number == layout['number']
@@ -48,7 +48,7 @@ def read_frame(layout: Dict[str, Any], data: bytes) -> SeenFrame:
 
 
 def frames_behind_lengths(data: bytes) -> List[bytes]:
-    """The messages of an answer about the past."""
+    """Return the messages of an answer about the past."""
     found, position = [], 0
     while position < len(data):
         length, = unpack_from('<I', data, position)

@@ -68,7 +68,7 @@ def packed(message: Any) -> bytes:
 
 
 class LiveStand:
-    """Serves the cell from a thread of its own; the slide is at the second of the page's time."""
+    """Serves the cell from a thread of its own; the slide's position depends on the page's time."""
 
     def __init__(self, folder: Path, port: int = 0) -> None:
         (folder / 'slide.urdf').write_text(MODEL)
@@ -82,7 +82,7 @@ class LiveStand:
         self._is_ready, self._run = threading.Event(), threading.Thread(target=self._serve)
         self.note = ''
         self.seen: Optional[DetectedObjects] = None
-        self.is_compared = False  # by a launcher, which tells the bands of good runs
+        self.is_compared = False  # by a launcher, which sends the bands of good runs
         self._live_since_s = time.monotonic()
         self._run.start()
         assert self._is_ready.wait(60.0)
@@ -92,7 +92,7 @@ class LiveStand:
         return f'http://127.0.0.1:{self.port}/'
 
     def now_s(self) -> float:
-        """The time of the page."""
+        """Return the time of the page."""
         return time.monotonic() + self.begin_s
 
     def _serve(self) -> None:
@@ -120,7 +120,7 @@ class LiveStand:
         self.port = self.server.listen('127.0.0.1', self.port, None)
 
     def do(self, act: Callable[[], None]) -> None:
-        """Do something in the thread of the server, and wait for that."""
+        """Run a function in the server's thread, and wait for it."""
         done = threading.Event()
 
         def run() -> None:
@@ -130,7 +130,7 @@ class LiveStand:
         assert done.wait(60.0)
 
     def cut(self) -> None:
-        """End all connections, and listen no longer."""
+        """Close all connections, and stop listening."""
         self.do(self.server.close)
 
     def mend(self) -> None:
@@ -143,7 +143,7 @@ class LiveStand:
 
     @staticmethod
     def place(time_s: float) -> float:
-        """Where the head is [m] at a time of the page."""
+        """Return the head's position [m] at a time of the page."""
         return 0.1 * float(np.sin(time_s))
 
     def _tick(self) -> None:
@@ -173,7 +173,7 @@ class LiveStand:
 
     @staticmethod
     def force(time_s: float) -> float:
-        """In N at a time of the page."""
+        """Return the force [N] at a time of the page."""
         return 20.0 + 10.0 * float(np.sin(time_s))
 
     def _draw(self, clock_s: float, markers: List[Marker]) -> None:
@@ -192,7 +192,7 @@ class LiveStand:
             self._send_bands(times_s[-30:])
 
     def _send_bands(self, times_s: np.ndarray) -> None:
-        """The force is in the band, or for half a second in each four above it."""
+        """Send bands with the force inside, or for half a second in each four above."""
         middle, out = 20.0 + 10.0 * np.sin(times_s), times_s % 4.0 < 0.5
         self.live.take_bands(LiveBands(float(times_s[0]), STEP_S, {('slide', 'tool force'):
             TimelineBand(middle - 3.0 - 3.0 * out, middle + 3.0 - 4.0 * out, out)}).text())
@@ -206,12 +206,12 @@ class LiveStand:
         return self.begin_s + self._live_since_s
 
     def warn(self, text: str) -> None:
-        """Let a node say that a variable is beyond its limits."""
+        """Let a node report that a variable is beyond its limits."""
         self.live.alarms.warnings.take_state('/slide/variable_proc', 'heat', Severity.ERROR, text,
                                              time.monotonic(), {LIMIT_KEY: 'up to 402 K'})
 
     def _tell(self, clock_s: float) -> None:
-        """Let scene_watch say something at the slide, as long as there is something to say."""
+        """Let scene_watch send messages at the slide, as long as there are any."""
         if self.note:
             self.live.take_markers('/scene_watch/marker_array', packed(MarkerArray([
                 text_marker('slide', 'head', (0.0, 0.0, -0.1), self.note, 0.1,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What stands in the way of people who use a page by keyboard, or hear it: what axe finds."""
+"""Obstacles for people who use a page by keyboard or screen reader, as found by axe."""
 from __future__ import annotations
 
 import importlib.util
@@ -8,7 +8,7 @@ from typing import Any, List, Optional
 
 
 def axe_script() -> Optional[str]:
-    """The checks; None where the package is not there (it needs Python 3.10)."""
+    """Return the checks; None if the package is not installed (it needs Python 3.10)."""
     found = importlib.util.find_spec('axe_core_python')
     if found is None or found.origin is None:
         return None
@@ -16,7 +16,7 @@ def axe_script() -> Optional[str]:
 
 
 def faults(driver: Any, script: str) -> List[str]:
-    """What is wrong with the page that a browser shows, which has to allow scripts of others."""
+    """Return the faults of a browser's page, which must permit foreign scripts."""
     driver.set_script_timeout(120)
     driver.execute_script(script)
     found = driver.execute_async_script(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads a page of ``cell share`` as web/src does: what holds at a moment, and what lies between."""
+"""Reads a page of ``cell share`` as web/src does: values at a time, and interpolated ones."""
 from __future__ import annotations
 
 import gzip
@@ -53,7 +53,7 @@ class PageReader:
         return str(entry['texts'][self.column(entry['text'])[row]])
 
     def place(self, run: int, number: int, time_s: float) -> Tuple[np.ndarray, np.ndarray]:
-        """Position [m] and quaternion."""
+        """Return position [m] and quaternion."""
         entry = self.data['runs'][run]['places'][number]
         if 'at' in entry:
             return np.array(entry['at'][:3]), np.array(entry['at'][3:])
@@ -67,7 +67,7 @@ class PageReader:
         return found[:3], found[3:] / np.linalg.norm(found[3:])
 
     def links(self, run: int) -> List[Tuple[str, str, int]]:
-        """Device, link and number of its place."""
+        """Return device, link and number of its pose."""
         return [(it['device'], it['link'], it['place'])
                 for it in self.data['runs'][run]['parts']]
 

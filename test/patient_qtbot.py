@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Qt's tests on a machine that has other work: they wait for what shall happen, and long enough."""
+"""Qt's tests on a machine with other load: long limits for everything that must happen."""
 from __future__ import annotations
 
 from typing import Any, List
@@ -10,7 +10,7 @@ LIMIT_MS = 60_000
 
 
 class PatientQtBot(QtBot):
-    """pytest-qt gives up after 5 s, for windows after 1 s: that proves nothing of the program."""
+    """Waits longer than pytest-qt, whose limits of 5 s, and 1 s for windows, prove nothing."""
 
     def __init__(self, request: Any) -> None:
         super().__init__(request)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages as a recorder hands them out of its memory."""
+"""Messages as a recorder returns them from its memory."""
 from __future__ import annotations
 
 from typing import Iterator, List, Tuple
@@ -26,7 +26,7 @@ def part_of(connections: Tuple[Connection, ...], messages: List[Tuple[int, int, 
 
 
 def parts_of(path: str, step_s: float) -> Iterator[RecentPart]:
-    """The messages of a bag as they would come, looked at every so often."""
+    """Yield the messages of a bag as they would arrive with a poll in each period."""
     with Recording([path]) as recording:
         index = recording.index
         rows = [(int(index.connection[it]), int(index.time_ns[it]), bytes(recording.message(it)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recordings for the tests of what is played: messages with their times, and bags of them."""
+"""Recordings for the tests of playback: messages with their times, and bags of them."""
 from __future__ import annotations
 
 import io
@@ -58,7 +58,7 @@ def transform(child: str, time_ms: int) -> TransformStamped:
 
 
 def cell_rows(length_ms: int = 1000) -> List[Row]:
-    """A robot each 8 ms, images with their infos each 40 ms, transforms, a marker, a text."""
+    """A robot every 8 ms, images with their infos every 40 ms, transforms, a marker, a text."""
     rows = [Row('/text', 0, String('the cell')), Row('/text', length_ms // 2, String('changed'))]
     rows += [Row('/tcf', time_ms, Float32MultiArray(data=[time_ms / 1000.0]))
              for time_ms in range(0, length_ms + 1, 8)]

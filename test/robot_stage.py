@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot processor on a simulated clock: the test drives the robot and sees what is shown."""
+"""A robot processor on a simulated clock: the test drives the robot and checks the output."""
 from __future__ import annotations
 
 import re
@@ -41,7 +41,7 @@ def transform(parent: str, child: str, stamp_s: float, *place: float, turn: floa
 
 
 class RobotStage:
-    """A robot with its processor, and what RViz and other subscribers would have of it."""
+    """A robot with its processor, and the output for RViz and other subscribers."""
 
     def __init__(self, parameters: Mapping[str, Any], name: str = 'r', model: str = '',
                  node: Optional[SimulatedNode] = None) -> None:
@@ -68,17 +68,17 @@ class RobotStage:
         self.node.send(topic, message)
 
     def forget(self) -> None:
-        """Forget all that was published."""
+        """Discard all published messages."""
         for publisher in self.node.publishers.values():
             publisher.messages.clear()
 
     @property
     def arrays(self) -> List[Any]:
-        """All arrays of markers."""
+        """Return all arrays of markers."""
         return self.node.sent('marker_array')
 
     def markers(self) -> Dict[Tuple[str, int], Marker]:
-        """Return the last one of each marker."""
+        """Return the last message of each marker."""
         return {(marker.ns, marker.id): marker for message in self.arrays
                 for marker in message.markers}
 
@@ -96,16 +96,16 @@ class RobotStage:
 
     @property
     def twists(self) -> List[Any]:
-        """All velocities that were published."""
+        """Return all published velocities."""
         return self.node.sent('tool_velocity')
 
     def velocities(self, last: Optional[int] = None) -> np.ndarray:
-        """Return the last velocities that were published (n, 3) [m/s]."""
+        """Return the last published velocities (n, 3) [m/s]."""
         linear = [message.twist.linear for message in self.twists[-last if last else None:]]
         return np.array([[part.x, part.y, part.z] for part in linear]).reshape(-1, 3)
 
     def velocity(self) -> Optional[np.ndarray]:
-        """Return the velocity (3,) [m/s] that was published last."""
+        """Return the last published velocity (3,) [m/s]."""
         return self.velocities(1)[0] if self.twists else None
 
     def warnings(self, *parts: str) -> List[str]:
@@ -114,13 +114,13 @@ class RobotStage:
                 if level == 'warn' and all(part in text for part in parts)]
 
     def reports(self, *parts: str) -> List[DiagnosticStatus]:
-        """Return what stands on /diagnostics with all these parts in its name and message."""
+        """Return the entries of /diagnostics with all these parts in their name and message."""
         return [status for message in self.node.sent(DIAGNOSTICS) for status in message.status
                 if all(part in f'{status.name} {status.message}' for part in parts)]
 
 
 def direction(marker: Marker) -> np.ndarray:
-    """Return where an arrow points in its frame (3,)."""
+    """Return the direction of an arrow in its frame (3,)."""
     turn = marker.pose.orientation
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     return np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
@@ -128,7 +128,7 @@ def direction(marker: Marker) -> np.ndarray:
 
 def moving_tool(stage: RobotStage, topic: str, velocity: Sequence[float],
                 begin: Sequence[float] = (-0.6, 0.0, 0.2)) -> Callable[[float], None]:
-    """Return a driver of a tool that points down and moves evenly [m/s]."""
+    """Return a driver of a tool that points down and moves at constant velocity [m/s]."""
     def drive(time_s: float) -> None:
         place = np.add(begin, np.multiply(velocity, time_s))
         stage.send(topic, array(*place, np.pi, 0.0, 0.0))

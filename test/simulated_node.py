@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A node handle without ROS: the test moves its clock, sends messages, and sees what is sent."""
+"""A node handle without ROS: the test moves its clock, sends messages, and reads its messages."""
 from __future__ import annotations
 
 import heapq
@@ -26,7 +26,7 @@ class SimulatedPublisher:
         self.messages.append(self._message_class().deserialize(message_bytes(message)))
 
     def get_num_connections(self) -> int:
-        """Return how many subscribers the test pretends."""
+        """Return the number of subscribers that the test pretends."""
         return self.connections
 
     def unregister(self) -> None:
@@ -34,18 +34,18 @@ class SimulatedPublisher:
 
 
 class SimulatedSubscriber:
-    """A subscription of the node; the test calls it by `SimulatedNode.send`."""
+    """A subscription of the node; the test calls it with `SimulatedNode.send`."""
 
     def __init__(self, message_class: Any, callback: Callable[[Any], None]) -> None:
         self.message_class, self.callback, self.is_open = message_class, callback, True
         self.connections = 1
 
     def get_num_connections(self) -> int:
-        """Return how many publishers the test pretends."""
+        """Return the number of publishers that the test pretends."""
         return self.connections
 
     def take(self, message: Any) -> None:
-        """Receive a message, as bytes if the subscription is one for any type."""
+        """Receive a message, as bytes if the subscription accepts any type."""
         if not self.is_open:
             return
         is_raw, wants_raw = (it is rospy.AnyMsg for it in (type(message), self.message_class))
@@ -83,7 +83,7 @@ class SimulatedWorker:
 
 
 class SimulatedService:
-    """A connection of the node to a service of another node, which the test plays."""
+    """A connection of the node to a service of another node, which the test provides."""
 
     def __init__(self, service_class: Any, name: str, answers: Dict[str, Callable[[Any], Any]]
                  ) -> None:
@@ -130,26 +130,26 @@ class SimulatedTimer:
 
 
 class SimulatedNode:
-    """Takes the place of `NodeHandle`: one thread, one clock, no master.
+    """Replaces `NodeHandle`: one thread, one clock, no master.
 
     Names are resolved in the namespace of the node, as rospy does.
     """
 
     def __init__(self, name: str = '/r/node', params: Optional[Dict[str, Any]] = None,
                  now_s: float = 1000.0) -> None:
-        """``params`` have full names; ``now_s`` is the time of all three clocks at first."""
+        """``params`` have full names; ``now_s`` is the initial time of all three clocks."""
         self.name, self.params, self.now_s = name, dict(params or {}), now_s
         self.ros_offset_s = self.wall_offset_s = 0.0
         self.log: List[Tuple[str, str]] = []
         self.hooks: List[Callable[[], None]] = []
-        """What is to be called when the node ends."""
+        """Functions to be called when the node ends."""
         self.services: Dict[str, Callable[[Any], Any]] = {}
         self.publishers: Dict[str, SimulatedPublisher] = {}
         self.greetings: Dict[str, Callable[[], Any]] = {}
         self._messages: DefaultDict[str, List[Any]] = defaultdict(list)
         self._subscribers: DefaultDict[str, List[SimulatedSubscriber]] = defaultdict(list)
         self.offered: Dict[str, Callable[[Any], Any]] = {}
-        """The services of other nodes, by full name: a function of the request."""
+        """The services of other nodes, by full name: functions of the request."""
         self._latched: DefaultDict[str, List[Any]] = defaultdict(list)
         self._order = itertools.count()
         self._due: List[Tuple[float, int, Callable[[], None]]] = []
@@ -173,7 +173,7 @@ class SimulatedNode:
         return rospy.Time.from_sec(self.ros_s())
 
     def is_wall_clock(self) -> bool:
-        """Whether ROS time is the time of day."""
+        """Return whether ROS time is the time of day."""
         return self.ros_offset_s == self.wall_offset_s
 
     def wall_s(self) -> float:
@@ -181,11 +181,11 @@ class SimulatedNode:
         return self.now_s + self.wall_offset_s
 
     def monotonic_s(self) -> float:
-        """Return the time [s] that only grows."""
+        """Return the monotonic time [s]."""
         return self.now_s
 
     def is_shutdown(self) -> bool:
-        """Whether the node is ending."""
+        """Return whether the node is ending."""
         return False
 
     def param(self, name: str, default: Any = None) -> Any:
@@ -197,7 +197,7 @@ class SimulatedNode:
         self.params[self.resolve(name)] = value
 
     def at_shutdown(self, hook: Callable[[], None]) -> None:
-        """Keep what is to be called at the end."""
+        """Keep a function to be called at the end."""
         self.hooks.append(hook)
 
     def follow_param(self, name: str) -> Callable[[], Any]:
@@ -216,7 +216,7 @@ class SimulatedNode:
 
     def subscribe(self, topic: str, message_class: type, callback: Callable[[Any], None],
                   queue_size: Optional[int] = None, buff_size: int = 0) -> SimulatedSubscriber:
-        """Subscribe; the last latched messages come at once."""
+        """Subscribe; the last latched messages arrive at once."""
         subscriber = SimulatedSubscriber(message_class, callback)
         name = self.resolve(required_name(topic))
         self._subscribers[name].append(subscriber)
@@ -243,11 +243,11 @@ class SimulatedNode:
         self.every(period_s, callback)
 
     def worker(self, step: Callable[[], Optional[float]], name: str) -> SimulatedWorker:
-        """Have something done after the callbacks."""
+        """Call a function after the callbacks."""
         return SimulatedWorker(step, self.call_in)
 
     def info(self, text: str) -> None:
-        """Keep what is no problem."""
+        """Keep an information message."""
         self.log.append(('info', text))
 
     def warn(self, text: str) -> None:
@@ -266,7 +266,7 @@ class SimulatedNode:
             subscriber.connections = 0
 
     def advance(self, duration_s: float) -> None:
-        """Let time pass, and call what is due, each at its time."""
+        """Let time pass, and make all calls when they are due."""
         end_s = self.now_s + duration_s
         while self._due and self._due[0][0] <= end_s:
             due_s, _, callback = heapq.heappop(self._due)
@@ -275,14 +275,14 @@ class SimulatedNode:
         self.now_s = end_s
 
     def call_in(self, wait_s: float, callback: Callable[[], None]) -> None:
-        """Call something after a time, as a timer of the node would be."""
+        """Call a function after a time, as a timer of the node would."""
         heapq.heappush(self._due, (self.now_s + wait_s, next(self._order), callback))
 
     def send(self, topic: str, message: Any, latch: bool = False) -> None:
-        """Send a message to the node, and let it do what this causes at once.
+        """Send a message to the node, and let it handle its immediate effects.
 
-        It may be a rospy.AnyMsg (see `any_message`). A latched one is received by those too who
-        subscribe later.
+        It may be a rospy.AnyMsg (see `any_message`). A latched one is also received by later
+        subscribers.
         """
         name = self.resolve(topic)
         if latch:
@@ -292,14 +292,14 @@ class SimulatedNode:
         self.advance(0.0)
 
     def call(self, service: str, request: Any) -> Any:
-        """Return the answer of a service of the node to a request, as that arrives there."""
+        """Return the answer of a service of the node to a request, serialized as in a real call."""
         arrived = type(request)().deserialize(message_bytes(request))
         answer = self.services[self.resolve(service)](arrived)
         self.advance(0.0)
         return answer
 
     def listens(self, topic: str) -> bool:
-        """Whether the node has a subscription to a topic."""
+        """Return whether the node has a subscription to a topic."""
         return any(it.is_open for it in self._subscribers[self.resolve(topic)])
 
     def sent(self, topic: str) -> List[Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The real player on the clock of a simulated node, which receives all that it publishes."""
+"""The real player on the clock of a simulated node, which receives all published messages."""
 from __future__ import annotations
 
 import threading
@@ -29,11 +29,11 @@ from process_visualizer.srv import (
 
 PLAIN = PlayerSettings()
 _ROUNDING_S = 1e-9  # of times that are sums
-_ANSWER_S = 60.0  # in which the engine's thread must have come to its next wait
+_ANSWER_S = 60.0  # time for the engine's thread to reach its next wait
 
 
 class Received(NamedTuple):
-    """A message that the player has sent: when [s of the day], topic, bytes."""
+    """A message that the player has sent: time [s of the day], topic, bytes."""
 
     time_s: float
     topic: str
@@ -41,7 +41,7 @@ class Received(NamedTuple):
 
 
 class SimulatedPlayer:
-    """Plays bags in the time of a simulated node; that node receives all that is published.
+    """Plays bags in the time of a simulated node, which receives all published messages.
 
     It is paused at the beginning. Close it when it is no longer needed.
     """
@@ -52,7 +52,7 @@ class SimulatedPlayer:
                  others: Optional[SimulatedOthers] = None,
                  recording_type: Callable[[List[str]], Recording] = Recording,
                  starts: bool = True) -> None:
-        """Start to play, or not yet."""
+        """Start to play, unless ``starts`` is false."""
         self._turns = _Turns(node)
         self.node = _PlayerNode(node, self._turns)
         self._recording = recording_type(list(bags))
@@ -74,23 +74,23 @@ class SimulatedPlayer:
         self.node.advance(0.0)
 
     def close(self) -> None:
-        """End: nothing follows, no state either."""
+        """End: no more messages, not even a state."""
         self.player.quit()
         self.player.close()
         self._recording.close()
 
     def end(self) -> None:
-        """Play to the end, and no longer than a minute."""
+        """Play to the end, for at most a minute."""
         while not self.player.has_ended and self.node.now_s < 60.0 + self.publishers.begin_s:
             self.node.advance(0.1)
         assert self.player.has_ended
         self.publishers.wait_until_sent(0.0)
 
-    # What it has published.
+    # The published messages.
 
     @property
     def received(self) -> List[Received]:
-        """What was sent, in its order; it may be cleared."""
+        """The sent messages, in order; the list may be cleared."""
         return self.publishers.received
 
     def of(self, topic: str) -> List[bytes]:
@@ -98,12 +98,12 @@ class SimulatedPlayer:
         return [it.data for it in self.received if it.topic == topic]
 
     def late(self, topic: str) -> List[bytes]:
-        """Return what somebody gets who subscribes to a topic now."""
+        """Return the messages that a new subscriber to a topic receives now."""
         return self.publishers.late(topic)
 
     @property
     def states(self) -> List[PlayerState]:
-        """All states that were published; the list may be cleared."""
+        """Return all published states; the list may be cleared."""
         return self.node.sent('~state')
 
     @property
@@ -111,14 +111,14 @@ class SimulatedPlayer:
         """The last state."""
         return self.states[-1]
 
-    # Commands, as its services take them. What they do at once is done when they return.
+    # Commands, as its services receive them. Immediate effects are complete when they return.
 
     def call(self, name: str, request: Any = None) -> Any:
-        """Call a service; it is one without a request unless that is given."""
+        """Call a service, with an empty request unless one is given."""
         return self.node.call(f'~{name}', TriggerRequest() if request is None else request)
 
     def seek(self, position_s: float) -> Any:
-        """Go to a position [s]."""
+        """Seek to a position [s]."""
         return self.call('seek', SeekRequest(position_s))
 
     def play(self, rate: Optional[float] = None) -> Any:
@@ -140,7 +140,7 @@ class SimulatedPlayer:
         return self.call('step', StepRequest(count, topic, duration_s))
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> Any:
-        """Repeat a part, or no more."""
+        """Loop a part, or stop looping."""
         return self.call('set_loop', SetLoopRequest(loop, begin_s, end_s))
 
     def read(self, topic: str, begin_s: float, end_s: float) -> Any:
@@ -159,13 +159,13 @@ class SimulatedPlayer:
 
 
 class SimulatedOthers(OtherNodes):
-    """Other nodes, as the test wants them."""
+    """Other nodes, as defined by the test."""
 
     def __init__(self) -> None:
         self.nodes: Dict[str, List[str]] = {}
-        """By topic."""
+        """Publishing nodes, by topic."""
         self.headers: Dict[str, Dict[str, str]] = {}
-        """Of the publishers that answer, by node."""
+        """Headers of the publishers that answer, by node."""
 
     def publishing(self) -> Dict[str, List[str]]:
         """See OtherNodes."""
@@ -182,7 +182,7 @@ class SimulatedOthers(OtherNodes):
 
 
 class SimulatedPublishers:
-    """Sends what the player publishes, as BagPublishers do, to a node and to a list."""
+    """Sends the player's messages, as BagPublishers do, to a node and to a list."""
 
     dropped = 0
     all_subscribed = True
@@ -198,7 +198,7 @@ class SimulatedPublishers:
         self._given: List[_Scheduled] = []
 
     def late(self, topic: str) -> List[bytes]:
-        """Return what is sent to a new subscriber, whom the player notices."""
+        """Return the messages to a new subscriber, which the player notices."""
         self.listener.on_subscribe()
         self._node.let_work()
         return list(self._latched[topic].values())
@@ -268,22 +268,22 @@ class SimulatedPublishers:
 
 
 class _Scheduled:
-    """Something that was given to the sender."""
+    """A message given to the sender."""
 
     def __init__(self, due_ns: int, may_be_revoked: bool, send: Callable[[], Any]) -> None:
         self.due_ns, self.may_be_revoked, self._send = due_ns, may_be_revoked, send
         self.is_revoked = False
 
     def fire(self) -> None:
-        """Send it, unless it was taken back."""
+        """Send it, unless it was canceled."""
         if not self.is_revoked:
             self._send()
 
 
 class _PlayerNode(SimulatedNode):
-    """The player's handle, in the time of the node that receives what it publishes.
+    """The player's handle, in the time of the receiving node.
 
-    After whatever happens to the player, its engine has done what this causes at once.
+    After each event of the player, its engine has completed the immediate effects.
     """
 
     def __init__(self, receiver: SimulatedNode, turns: _Turns) -> None:
@@ -297,21 +297,21 @@ class _PlayerNode(SimulatedNode):
 
     @now_s.setter
     def now_s(self, _value: float) -> None:
-        """Nothing: it is the receiver's."""
+        """Do nothing: the time is the receiver's."""
 
     def wall_s(self) -> float:
         """Return the time of day [s]."""
         return self.receiver.wall_s()
 
     def let_work(self) -> None:
-        """Let the engine work, and everybody do what this causes at once."""
+        """Let the engine work, and let all parts complete the immediate effects."""
         self._turns.let_engine_work()
         self.advance(0.0)
 
     def publisher(self, topic: str, message_class: type, queue_size: int = 10,
                   latch: bool = False, tcp_nodelay: bool = False,
                   greeting: Optional[Callable[[], Any]] = None) -> SimulatedPublisher:
-        """Advertise; the receiver gets what is published."""
+        """Advertise; the receiver gets the published messages."""
         own, name = super().publisher(topic, message_class), self.resolve(topic)
 
         def send(message: Any) -> None:
@@ -328,13 +328,13 @@ class _PlayerNode(SimulatedNode):
         return super().serve(name, service_class, handler)
 
     def call(self, service: str, request: Any) -> Any:
-        """Return the answer of a service; its effect has come."""
+        """Return the answer of a service; its effect is complete."""
         answer = super().call(service, request)
         self.let_work()
         return answer
 
     def call_in(self, wait_s: float, callback: Callable[[], None]) -> None:
-        """Call something after a time, and let the engine work then."""
+        """Call a function after a time, and let the engine work then."""
         def act() -> None:
             callback()
             self._turns.let_engine_work()
@@ -345,14 +345,14 @@ class _PlayerNode(SimulatedNode):
         self.receiver.advance(duration_s)
 
     def thread(self, work: Callable[[], None], name: str) -> _EngineThread:
-        """Start the engine's thread; it has done what it can at once."""
+        """Start the engine's thread; it has completed its immediate work."""
         thread = _EngineThread(work, self._turns)
         self._turns.begin(thread)
         return thread
 
 
 class _EngineThread(threading.Thread):
-    """Works only when it is its turn."""
+    """A thread that works only when it is its turn."""
 
     def __init__(self, work: Callable[[], None], turns: _Turns) -> None:
         super().__init__(daemon=True)
@@ -366,7 +366,7 @@ class _EngineThread(threading.Thread):
             self._turns.end()
 
     def join(self, timeout: Optional[float] = None) -> None:
-        """Let it come to its end."""
+        """Wait for its end."""
         self._turns.let_engine_work()
         super().join(_ANSWER_S)
         assert not self.is_alive()
@@ -375,7 +375,7 @@ class _EngineThread(threading.Thread):
 class _Turns(Clock):
     """Lets the engine's thread and the test's run in turn, never both: the engine while it works.
 
-    When the engine waits, the test goes on, and time passes only there.
+    When the engine waits, the test continues, and time passes only there.
     """
 
     def __init__(self, node: SimulatedNode) -> None:
@@ -393,7 +393,7 @@ class _Turns(Clock):
         return round(self._node.wall_s() * NS_PER_S)
 
     def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
-        """Let the test go on; the engine looks again after each event, and after the time."""
+        """Let the test continue; the engine checks again after each event, and after the time."""
         self._waits += 1
         if timeout_ns < FOREVER_NS:
             number = self._waits
@@ -415,17 +415,17 @@ class _Turns(Clock):
         self._wait_for_engine()
 
     def let_engine_work(self) -> None:
-        """Let the engine go on until it waits again, or ends."""
+        """Let the engine continue until it waits again, or ends."""
         if self._works:
             self._engine.release()
             self._wait_for_engine()
 
     def _time_is_over(self, number: int) -> None:
-        if number == self._waits:  # it has not looked since then
+        if number == self._waits:  # it has not checked since then
             self.let_engine_work()
 
     def end(self) -> None:
-        """Take note that the engine has ended."""
+        """Record that the engine has ended."""
         self._works = False
         self._test.release()
 

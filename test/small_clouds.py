@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small clouds as messages, and how a live page reads them."""
+"""Small clouds as messages, and as a live page decodes them."""
 from __future__ import annotations
 
 import io

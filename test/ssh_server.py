@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An SSH server of a test's own, with a key that it lets in."""
+"""An SSH server for a test, with a key that it accepts."""
 from __future__ import annotations
 
 import os
@@ -15,14 +15,14 @@ _SSHD = '/usr/sbin/sshd'
 
 
 def no_ssh_server() -> str:
-    """Return why there is none here; empty if there can be one."""
+    """Return the reason why no server can run here; empty if it can."""
     return '' if os.path.exists(_SSHD) else f'there is no {_SSHD} (package openssh-server)'
 
 
 def home_with_key(folder: Path, address: str, port: int) -> Path:
     """Make a home folder with a key, and with a server at an address as a known host.
 
-    roslaunch looks for the host without the port, ssh and paramiko with it.
+    roslaunch searches for the host without the port, ssh and paramiko with it.
     """
     (folder / '.ssh').mkdir(parents=True, mode=0o700)
     for name in ('id_rsa', 'host'):
@@ -37,12 +37,12 @@ def home_with_key(folder: Path, address: str, port: int) -> Path:
 
 @contextmanager
 def ssh_server(prefix: Sequence[str], home: Path, port: int) -> Iterator[None]:
-    """Run a server that lets in the key of a home folder.
+    """Run a server that accepts the key of a home folder.
 
     Args:
-        prefix: of its command, such as that which runs it in a network namespace.
+        prefix: of its command, for instance to run it in a network namespace.
         home: see ``home_with_key``.
-        port: where it listens.
+        port: on which it listens.
     """
     os.makedirs('/run/sshd', exist_ok=True)
     server = subprocess.Popen([

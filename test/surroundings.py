@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a test needs of its own: a port for a master, a screen, patience with other processes."""
+"""Surroundings of a test: a port for a master, a screen, long limits for other processes."""
 from __future__ import annotations
 
 import os
@@ -15,30 +15,30 @@ from typing import Callable, Iterator, List, Sequence, Set
 SOFTWARE_GRAPHICS = {'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'}
 """The environment of programs that draw on a virtual screen."""
 PATIENCE_S = 120.0
-"""For what happens anyway, on a machine that has other work; reached only if it does not happen."""
+"""Limit for events that always happen, on a machine with other load; reached only on a failure."""
 _PERIOD_S = 0.05
 
 
 def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = PATIENCE_S,
                instead: Callable[[], object] = lambda: '') -> None:
-    """Wait for what happens in other processes; ``instead`` is told if it does not."""
+    """Wait for a condition on other processes; ``instead`` describes the failure."""
     deadline_s = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < deadline_s, f'not in {timeout_s} s: {what}; {instead()}'
         time.sleep(_PERIOD_S)
 
 
-_PORTS = range(20_000, 32_000)  # not those that systems give to whoever asks for any
+_PORTS = range(20_000, 32_000)  # not those that systems assign automatically
 _taken: List[socket.socket] = []
 
 
 def free_port() -> int:
-    """A port at which nobody listens; as long as this process lives no other test run takes it."""
+    """Return a port on which nothing listens; no other test run takes it during this process."""
     for _ in _PORTS:
         port = random.choice(_PORTS)
         mark, probe = socket.socket(socket.AF_UNIX), socket.socket()
         try:
-            mark.bind(f'\0process_visualizer test port {port}')  # goes with this process
+            mark.bind(f'\0process_visualizer test port {port}')  # it disappears with this process
             probe.bind(('', port))
         except OSError:
             mark.close()
@@ -52,7 +52,7 @@ def free_port() -> int:
 
 @contextmanager
 def virtual_screen() -> Iterator[str]:
-    """A screen of 1600x1000 pixels; yields its display name."""
+    """Run a screen of 1600x1000 pixels; yield its display name."""
     reader, writer = os.pipe()
     process = subprocess.Popen(
         ['Xvfb', '-displayfd', str(writer), '-screen', '0', '1600x1000x24', '-nolisten', 'tcp'],
@@ -69,7 +69,7 @@ def virtual_screen() -> Iterator[str]:
 
 
 def marked_processes(mark: str) -> Set[str]:
-    """The processes, but this one, whose environment has ``NAME=value``: ids, command lines."""
+    """Return the other processes whose environment has ``NAME=value``: ids, command lines."""
     found = set()
     for path in Path('/proc').iterdir():
         if path.name.isdigit() and int(path.name) != os.getpid():
@@ -89,7 +89,7 @@ def _command(path: Path, wanted: bytes) -> str:
 
 
 def wait_until_alone(mark: str, besides: Sequence[str] = ()) -> None:
-    """Wait until all marked processes have ended; those with a word of ``besides`` may stay."""
+    """Wait until all marked processes have ended; those with a word of ``besides`` may remain."""
     def left() -> Set[str]:
         return {it for it in marked_processes(mark) if not any(word in it for word in besides)}
 
@@ -97,20 +97,20 @@ def wait_until_alone(mark: str, besides: Sequence[str] = ()) -> None:
 
 
 def end_marked_processes(mark: str) -> None:
-    """Kill what a failed test has left."""
+    """Kill everything that a failed test has left."""
     for it in marked_processes(mark):
         with suppress(ProcessLookupError):
             os.kill(int(it.split()[0]), signal.SIGKILL)
 
 
 def hear_hangup() -> None:
-    """Let a process that is about to run hear SIGHUP, which it ignores if nohup runs the tests."""
+    """Let a process about to start receive SIGHUP, which it ignores if nohup runs the tests."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @contextmanager
 def suspended(process_id: int, timeout_s: float = PATIENCE_S) -> Iterator[None]:
-    """Let a process stand still: all of its threads, which go on for a moment after the signal."""
+    """Suspend a process: all of its threads, which continue for a moment after the signal."""
     os.kill(process_id, signal.SIGSTOP)
     try:
         wait_until(lambda: _stands_still(process_id), f'process {process_id} stops', timeout_s)
@@ -121,6 +121,6 @@ def suspended(process_id: int, timeout_s: float = PATIENCE_S) -> Iterator[None]:
 
 
 def _stands_still(process_id: int) -> bool:
-    """Whether every thread is stopped: proc(5), the field behind the name."""
+    """Return whether every thread is stopped: proc(5), the field after the name."""
     return all(path.read_text().rpartition(')')[2].split()[0] == 'T'
                for path in Path(f'/proc/{process_id}/task').glob('*/stat'))

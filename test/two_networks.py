@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two network namespaces with a link between them that is as slow, as far and as dead as wanted.
+"""Two network namespaces with a link between them, whose rate, delay and loss can be set.
 
 Needs root and /dev/net/tun. Traffic is between the two only: neither has another interface.
 """
@@ -38,10 +38,10 @@ def problem() -> str:
 
 
 class TwoNetworks:
-    """``cell`` and ``viewer`` are the names of the namespaces; one direction is like the other."""
+    """``cell`` and ``viewer`` are the names of the namespaces; both directions are alike."""
 
     def __init__(self) -> None:
-        """The link is fast, near and there."""
+        """Create the link: fast, without delay, and up."""
         self.bytes_s, self.delay_s, self.is_cut = float('inf'), 0.0, False
         self.cell, self.viewer = f'pv{os.getpid()}c', f'pv{os.getpid()}v'
         ends = [_tunnel(self.cell, CELL), _tunnel(self.viewer, VIEWER)]
@@ -91,7 +91,7 @@ class TwoNetworks:
 
 
 def _tunnel(namespace: str, address: str) -> int:
-    """A new namespace with one interface; returns the descriptor of its other end."""
+    """Create a namespace with one interface; return the descriptor of its other end."""
     for words in (['netns', 'add', namespace],
                   ['-n', namespace, 'tuntap', 'add', 'dev', 'tun0', 'mode', 'tun'],
                   ['-n', namespace, 'address', 'add', f'{address}/24', 'dev', 'tun0'],

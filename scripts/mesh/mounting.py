@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What carries the robots and the Kinect: the cell's stand in world, the Kinect in camera_link."""
+"""The mounting of robots and Kinect: the cell's stand in world, the Kinect in camera_link."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def triangulated(points: np.ndarray) -> List[Tuple[int, int, int]]:
 
 
 def _is_ear(points: np.ndarray, left: Sequence[int], index: int) -> bool:
-    """Whether the corner is convex and no other corner lies inside its triangle."""
+    """Return whether the corner is convex and no other corner lies inside its triangle."""
     corners = left[index - 1], left[index], left[(index + 1) % len(left)]
     a, b, c = (points[corner] for corner in corners)
     if _cross(a, b, c) < -1e-12:

@@ -63,7 +63,7 @@ def box(size: Vector, center: Vector, edge: float = 0.003) -> Surface:
 
 
 def _segments(radius: float) -> int:
-    """How many sides make a circle of this radius (m) look round: 12 to 36."""
+    """Return the number of sides with which a circle of this radius (m) looks round: 12 to 36."""
     return 4 * min(9, max(3, round(48 * math.sqrt(radius))))
 
 

@@ -69,7 +69,7 @@ def _knob(radius: float, height: float, x: float, z: float) -> Surface:
 
 
 def head() -> Parts:
-    """What hangs on the head: needle bar, presser bar, thread tension and take-up lever."""
+    """The parts below the head: needle bar, presser bar, thread tension and take-up lever."""
     front_y = NEEDLE_Y_M + 0.050
     tension = cylinder(0.013, 0, 0.008, 0.002).along("y").moved(-0.095, front_y, 0.165)
     tension_knob = cylinder(0.007, 0.006, 0.020, 0.002).along("y").moved(-0.095, front_y, 0.165)

@@ -35,7 +35,7 @@ SWEEP_RAD, SWEEP_RAD_PER_S = 0.6, 1.2
 
 
 def sweep(middle: Dict[str, float], time_s: float) -> Dict[str, float]:
-    """Return joint positions [rad] at a time: the first joint and the fourth go to and fro."""
+    """Return joint positions [rad] at a time: the first and fourth joint move back and forth."""
     names = list(middle)
     offset = SWEEP_RAD * math.sin(SWEEP_RAD_PER_S * (time_s % 1e4))
     return {**middle, names[0]: middle[names[0]] + offset,
@@ -159,7 +159,7 @@ DRIVERS = {'ur5e': UniversalRobotsDriver, 'panda': FrankaDriver, 'camera': Camer
 
 
 def main() -> None:
-    """Send what a driver would send until the program ends, when the topics are closed."""
+    """Send a driver's messages until the program ends, when the topics are closed."""
     name = rospy.myargv()[1]
     rospy.init_node(name)
     driver = DRIVERS[name]()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Pluginlib searches the lib folders of workspaces for libraries. Debian 11 has depth_image_proc's
-# elsewhere; so the lib folder of this workspace gets a link to it.
+# library elsewhere; so the lib folder of this workspace gets a link to it.
 
 find_package(depth_image_proc QUIET)
 find_library(depth_image_proc_library depth_image_proc)

@@ -4,8 +4,8 @@
 ///
 /// Subscribes to /camera/depth_registered/points (remap it or ~input), publishes roi_points (remap
 /// it or ~output). Parameters ~center and ~size ([x, y, z] in m, size: full lengths of the edges)
-/// and ~frame; those that are not set get this cell's values. With the parameter ~manager the
-/// nodelet runs in that nodelet manager, to which the clouds (10 MB each) need not be sent.
+/// and ~frame default to this cell's values. With the parameter ~manager the nodelet runs in that
+/// nodelet manager, to which the clouds (10 MB each) need not be sent.
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 #include <unistd.h>
@@ -31,7 +31,7 @@ void setDefaults() {
   setDefault("~size", std::vector<double>{1.0, 0.8, 1.0});
 }
 
-/// Gives the nodelet's private topic this cell's name, unless the user has remapped the former.
+/// Gives the nodelet's private topic this cell's name, unless the user has remapped it.
 void nameTopic(const std::string& topic, const std::string& cell_topic, ros::M_string& remappings) {
   const std::string private_name = ros::names::resolve("~" + topic, /*remap=*/false);
   const std::string remapped_name = ros::names::remap(private_name);
@@ -50,8 +50,8 @@ int runHere(const ros::M_string& remappings) {
   return 0;
 }
 
-/// Becomes nodelet's own loader, which unloads the nodelet when it ends.
-/// \param arguments  this program's, with what roslaunch has added
+/// Replaces this process by nodelet's own loader, which unloads the nodelet when it ends.
+/// \param arguments  this program's, with those added by roslaunch
 int runIn(const std::string& manager, const ros::M_string& remappings,
           const std::vector<std::string>& arguments) {
   std::vector<std::string> words{"rosrun",     "nodelet", "nodelet",  "load",

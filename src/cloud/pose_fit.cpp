@@ -258,7 +258,7 @@ constexpr double kStillM = 1e-6;      ///< ICP ends when it moves the cloud by l
 constexpr std::size_t kMinPoints = 300;     ///< 0.03 m² of the model
 constexpr double kSolvable = 1e-3;          ///< minimum `Determination::weakest` for ICP
 constexpr double kMinDetermination = 0.01;  ///< minimum `Determination::weakest` of a fit
-constexpr double kMaxResidualM = 0.006;     ///< that of a cloud of noise is about half of the reach
+constexpr double kMaxResidualM = 0.006;     ///< a cloud of noise has about half of the reach
 constexpr double kMaxShiftM = 0.25;         ///< a larger correction is wrong
 
 pcl::PointNormal pointAt(const Eigen::Vector3f& place) {

@@ -88,7 +88,7 @@ class Stillness {
  private:
   bool isAtRest(const std::map<std::string, Point>& points) const;
 
-  std::map<std::string, Point> rest_;  ///< where they were when the rest began
+  std::map<std::string, Point> rest_;  ///< positions when the rest began
   float rest_s_ = 0;
   bool has_begun_ = false;
 };

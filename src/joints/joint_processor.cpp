@@ -89,7 +89,7 @@ class JointProcessor {
   bool quiet_ = true;  ///< no message since the last tick
   ros::Time stamp_;    ///< of the newest message
   Clock::time_point next_warning_;
-  std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
+  std::optional<Clock::time_point> used_;  ///< time of the last message with joints of this robot
   JointBoard board_;
   Complaint complaint_;
   std::string complained_;  ///< the topic of the last complaint

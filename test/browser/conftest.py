@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Browsers leave files in the folder for temporary ones: it is removed with the tests."""
+"""Gives browsers a temporary folder for their files, which is removed after the tests."""
 from __future__ import annotations
 
 import shutil

@@ -37,7 +37,7 @@ def table_of(film: Path) -> List[Dict[str, str]]:
 
 
 def check_numbers(bag: str, rows: List[Dict[str, str]]) -> None:
-    """The numbers of each frame are those at its time."""
+    """Check that the numbers of each frame are those at its time."""
     with Recording([bag]) as recording, recorded_cell(recording) as cell:
         values = PositionValues([bag], cell.devices)
         try:
@@ -61,7 +61,7 @@ def probed(film: Path) -> Dict[str, str]:
 
 
 def pictures(film: Path) -> List[str]:
-    """A hash of each frame."""
+    """Return a hash of each frame."""
     text = subprocess.run(['ffmpeg', '-v', 'error', '-i', str(film), '-f', 'framemd5', '-'],
                           stdout=subprocess.PIPE, text=True, check=True).stdout
     return [line.rpartition(',')[2].strip() for line in text.splitlines() if line[:1] != '#']
@@ -74,7 +74,7 @@ def test_a_film_has_each_frame_once_and_is_the_same_every_time(tmp_path: Path) -
     assert (found['nb_read_frames'], found['avg_frame_rate']) == ('12', '10/1')
     assert (found['width'], found['height']) == ('320', '240')
     frames = pictures(film)
-    assert len(set(frames)) == 12  # the moving line alone differs
+    assert len(set(frames)) == 12  # only the moving line differs
     assert frames == pictures(filmed(tmp_path, 'two.mp4'))
     assert sorted(it.name for it in tmp_path.iterdir()) == [
         'a.bag', 'cell.xml', 'one.csv', 'one.mp4', 'two.csv', 'two.mp4']
@@ -103,7 +103,7 @@ def test_the_table_has_the_numbers_of_each_frame(tmp_path: Path) -> None:
 
 
 def test_runs_follow_each_other_as_they_were_named(tmp_path: Path) -> None:
-    """Not the worst one first, as in a page."""
+    """The worst run does not come first, unlike in a page."""
     bag, film = write_bag(tmp_path, cycles=3, poor=1), tmp_path / 'runs.gif'
     assert main(['film', f'{bag}#1', f'{bag}#2', '--reference', f'{bag}#3', '--rate', '0.52',
                  '--size', '320x240', '-o', str(film)]) == 0
@@ -126,7 +126,7 @@ def test_the_good_run_is_beside_at_the_same_moment_of_the_process(tmp_path: Path
 
 
 def test_each_number_has_a_column(tmp_path: Path) -> None:
-    """The machine has three."""
+    """The machine has three numbers."""
     film = tmp_path / 'seam.gif'
     assert main(['film', write_sewing_run(tmp_path, 'a.bag'), '--from', '6', '--to', '6.2',
                  '--rate', '5', '--size', '320x240', '-o', str(film)]) == 0

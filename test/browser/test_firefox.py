@@ -20,7 +20,7 @@ _LIMIT_S = 120
 
 
 class Firefox:
-    """A browser without a window, and what it has told."""
+    """A browser without a window, and its messages."""
 
     def __init__(self, profile: Path) -> None:
         self._process = subprocess.Popen(
@@ -56,7 +56,7 @@ class Firefox:
         return result['result'].get('value')
 
     def until(self, condition: str) -> None:
-        """Wait until a condition is true, asking with each picture of the page."""
+        """Wait until a condition is true, checking it in each frame of the page."""
         self.evaluate(f'''new Promise((done) => {{
           const ask = () => {condition} ? done(true) : requestAnimationFrame(ask);
           ask(); }})''')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of ``cell serve`` in a real browser: live, looked back at, cut off, and back."""
+"""The page of ``cell serve`` in a real browser: live, after seeks, cut off, and connected again."""
 from __future__ import annotations
 
 import json
@@ -25,7 +25,7 @@ _PLACE = "page.tracks.rows.get('place head')"
 
 
 class Browser:
-    """Chromium with the page of a stand in it."""
+    """Chromium with the page of a stand."""
 
     def __init__(self, stand: LiveStand, size: 'tuple[int, int]' = WIDE) -> None:
         options = Options()
@@ -59,7 +59,7 @@ class Browser:
                              '.filter((it) => !it.hidden).map((it) => it.lastChild.textContent)'))
 
     def at_one_moment(self) -> 'tuple[float, float, float, str]':
-        """The time that is shown and that of the frame; where the head is, the force in words."""
+        """Return the shown time, the frame's time, the position of the head, the force's text."""
         time_s, sent_s, place, text = self.run(
             f'const time = page.transport.time; page.draw(time); return [time,'
             f' Math.max(...{_PLACE}.times.filter((it) => it <= time)),'
@@ -125,7 +125,7 @@ _LABELS_OVER_EACH_OTHER = """
 def test_times_and_labels_are_not_covered(stand: LiveStand) -> None:
     found = Browser(stand, (1400, 1000))
     try:
-        assert found.run(_ALARMS + _OUTSIDE) == 0  # in one: the cell's own alarms replace these
+        assert found.run(_ALARMS + _OUTSIDE) == 0  # at once: the cell's own alarms replace these
         assert found.run('return document.documentElement.scrollWidth <= innerWidth')
         assert found.run(_LABELS_OVER_EACH_OTHER) == [5, 0]
     finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of ``cell share`` in a real browser: opened as a file, played, sought, stepped."""
+"""The page of ``cell share`` in a real browser: opened as a file; playback, seeks and steps."""
 from __future__ import annotations
 
 import json
@@ -32,7 +32,7 @@ _LABELS = {'speed': 'v', 'force': 'F'}
 
 
 class Shared:
-    """A page, and the recording that it was made of."""
+    """A page, and the recording from which it was made."""
 
     def __init__(self, folder: Path) -> None:
         self.bag = write_sewing_run(folder, 'poor.bag', 2, is_poor=True)
@@ -70,7 +70,7 @@ class Browser:
 
     @property
     def time_s(self) -> float:
-        """Of what is drawn."""
+        """Return the time of the drawn frame."""
         return float(self.run('return document.documentElement.dataset.time'))
 
     def press(self, *keys: str) -> None:
@@ -175,7 +175,7 @@ def test_an_address_leads_to_a_moment(browser: Browser) -> None:
 
 def test_numbers_are_those_of_the_launcher_wherever_it_comes_from(browser: Browser,
                                                                   shared: Shared) -> None:
-    """Forwards, backwards and sought; the words of RViz."""
+    """Positions are reached forwards, backwards and by seeks; the words are RViz's."""
     positions_s = np.random.default_rng(5).uniform(0.6, 17.5, 24)
     positions_s = np.concatenate((positions_s[:8], np.sort(positions_s[8:16]),
                                   -np.sort(-positions_s[16:])))
@@ -201,7 +201,7 @@ LINKS = """const parts = (entries, shown) => entries.map((it, row) => [
 
 
 def test_links_are_where_the_data_has_them(browser: Browser, shared: Shared) -> None:
-    """Those of the run where the last message had them, those of the ghost between two rows."""
+    """The run's links follow the last message, the ghost's are interpolated between two rows."""
     reader = PageReader(shared.path.read_text(encoding='utf-8'))
     for time_s in np.random.default_rng(6).uniform(0.6, 17.5, 8).tolist():
         browser.seek(time_s)
@@ -215,7 +215,7 @@ def test_links_are_where_the_data_has_them(browser: Browser, shared: Shared) -> 
 @pytest.mark.parametrize(('between', 'x_m'), [(True, 0.8), (False, 0.0)])
 def test_the_ghost_moves_between_rows_however_far_apart(browser: Browser, between: bool,
                                                         x_m: float) -> None:
-    """As in RViz; what was recorded of the run stays where it was."""
+    """This is as in RViz; the recorded positions of the run stay unchanged."""
     browser.seek(2.0)
     browser.run(f"""page.scene.parts[0].place = {{times: [0, 10], positions: [0, 0, 0, 1, 0, 0],
         turns: [0, 0, 0, 32767, 0, 0, 0, 32767], between: {json.dumps(between)}}};""")
@@ -224,7 +224,7 @@ def test_the_ghost_moves_between_rows_however_far_apart(browser: Browser, betwee
 
 
 def _words(quantity: str, label: str, value: float) -> str:
-    """As RViz has them: the edges are whole numbers."""
+    """Return the words of RViz: the edges are integers."""
     if quantity in _LABELS:
         return f'v {value:.3f} m/s' if quantity == 'speed' else f'F {value:.1f} N'
     variable = next(it for device in XmlParser().parse(str(CELL)).devices
@@ -265,7 +265,7 @@ def test_without_webgl_everything_else_works(shared: Shared) -> None:
 
 @pytest.mark.parametrize('width', [1000, 1280])
 def test_no_value_is_cut_in_a_narrow_window(shared: Shared, width: int) -> None:
-    """Nor one of a device with a long name."""
+    """Values of a device with a long name are not cut either."""
     browser = Browser(shared, *WITH_WEBGL, size=(width, 800))
     try:
         browser.run("""const rows = document.querySelectorAll('#numbers tr');

@@ -17,21 +17,21 @@ from patient_qtbot import PatientQtBot
 from PyQt5.QtWidgets import QApplication
 from surroundings import SOFTWARE_GRAPHICS, end_marked_processes, free_port, virtual_screen
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))  # it makes bags
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))  # its modules write bags
 MARK = 'GUI_TEST_MARK'
 _STARTED = ExitStack()
 
 
 @pytest.fixture(scope='session')
 def qapp() -> QApplication:
-    """The application that the program has, in its look too."""
+    """Create the application as the program does, with its look."""
     from process_visualizer.gui.app.main import make_application  # after pytest_configure
     return make_application()
 
 
 @pytest.fixture
 def qtbot(qapp: QApplication, request: pytest.FixtureRequest) -> PatientQtBot:
-    """pytest-qt's, with limits for a busy machine."""
+    """Extend pytest-qt's fixture with limits for a busy machine."""
     return PatientQtBot(request)
 
 
@@ -46,6 +46,6 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """End the screen, and what a failed test has left."""
+    """End the screen, and everything that a failed test has left."""
     _STARTED.close()
     end_marked_processes(f'{MARK}={os.environ[MARK]}')

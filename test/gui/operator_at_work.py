@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An operator: clicks widgets by their names, reads them, and looks at ROS behind the window."""
+"""An operator: clicks widgets by their names, reads them, and checks ROS behind the window."""
 from __future__ import annotations
 
 import os
@@ -34,7 +34,7 @@ Found = TypeVar('Found')
 
 
 class Operator:
-    """Sits before a launcher in this process; ``close`` ends it and all that it started."""
+    """Operates a launcher in this process; ``close`` ends it and all that it started."""
 
     def __init__(self, qtbot: Any) -> None:
         self._qtbot = qtbot
@@ -49,19 +49,19 @@ class Operator:
         self.launcher.begin()
 
     def widget(self, name: str, kind: Type[Kind] = QWidget) -> Kind:  # type: ignore[assignment]
-        """The widget of that name, in the window or in a dialog of it."""
+        """Return the widget of that name, in the window or in a dialog of it."""
         found = self.window.findChild(kind, name)
         assert found is not None, f'there is no {kind.__name__} "{name}"'
         return found
 
     def let_it_be_meant(self, name: str) -> None:
-        """Wait until a button, or its key, is no longer taken for a second click."""
+        """Wait until a button, or its key, no longer ignores a click as a second one."""
         guard = self.widget(name, QAbstractButton).findChild(MeaningGuard)
         if guard is not None:
             self.wait(lambda: not guard.is_ignoring, f'"{name}" takes clicks again')
 
     def click(self, name: str) -> None:
-        """Click a button that is on the screen and can be clicked."""
+        """Click a button that is visible and enabled."""
         button = self.widget(name, QAbstractButton)
         self.let_it_be_meant(name)
         assert button.isVisible(), f'"{name}" is not visible'
@@ -84,7 +84,7 @@ class Operator:
             self._qtbot.mouseDClick(tree.viewport(), Qt.LeftButton, pos=position)
 
     def drag(self, widget: QWidget, begin: QPoint, places: Sequence[QPoint]) -> None:
-        """Press the mouse, move it along and let it go."""
+        """Press the mouse, move it along and release it."""
         QTest.mousePress(widget, Qt.LeftButton, Qt.NoModifier, begin)
         for place in places:
             QApplication.sendEvent(widget, QMouseEvent(
@@ -97,14 +97,14 @@ class Operator:
         QTest.keyClick(QApplication.focusWidget() or self.window, key, modifier)
 
     def text(self, name: str) -> str:
-        """What a label or button says."""
+        """Return the text of a label or button."""
         widget = self.widget(name)
         assert isinstance(widget, (QLabel, QAbstractButton))
         return widget.text()
 
     def wait(self, condition: Callable[[], bool], what: str,
              instead: Callable[[], object] = lambda: '') -> None:
-        """Wait until something is to be seen; ``instead`` is looked at if it is not."""
+        """Wait until a condition holds; otherwise fail with the result of ``instead``."""
         try:
             self._qtbot.waitUntil(condition, timeout=round(1000 * PATIENCE_S))
         except TimeoutError as error:
@@ -113,7 +113,7 @@ class Operator:
                                  ) from error
 
     def is_seen(self, condition: Callable[[], bool], within_s: float) -> bool:
-        """Whether something is to be seen within a time."""
+        """Return whether a condition holds within a time."""
         try:
             self._qtbot.waitUntil(condition, timeout=round(1000 * within_s))
         except TimeoutError:
@@ -121,14 +121,14 @@ class Operator:
         return True
 
     def beside(self, function: Callable[[], Found]) -> Found:
-        """What a function returns that is run in a thread, beside the window."""
+        """Run a function in a thread, beside the window; return its result."""
         with ThreadPoolExecutor(1) as thread:
             found = thread.submit(function)
             self.wait(found.done, 'the answer')
             return found.result()
 
     def messages(self) -> str:
-        """The text of the dialog that is open; empty without one."""
+        """Return the text of the open dialog; empty without one."""
         found: Optional[QWidget] = self.window.findChild(QWidget, 'message')
         return found.text() if found is not None else ''  # type: ignore[attr-defined]
 
@@ -157,12 +157,12 @@ def launch_small_cell(operator: Operator, folder: Path) -> None:
 
 
 def nodes() -> Set[str]:
-    """The nodes that the master knows."""
+    """Return the nodes that the master knows."""
     return set(registrations())
 
 
 def registrations() -> Dict[str, List[str]]:
-    """What the master knows of each node: topics that it publishes, hears, and its services."""
+    """Return each node's published and subscribed topics and its services, from the master."""
     found: Dict[str, List[str]] = {}
     for kind, part in zip(('publishes', 'hears', 'serves'),
                           rosgraph.Master('/test').getSystemState()):
@@ -173,5 +173,5 @@ def registrations() -> Dict[str, List[str]]:
 
 
 def processes(mark: str) -> Set[str]:
-    """The command lines of the processes that have the mark's value in their environment."""
+    """Return the command lines of the processes that have the mark's value in their environment."""
     return marked_processes(f'{mark}={os.environ[mark]}')

@@ -55,7 +55,7 @@ class Surroundings:
             'TMPDIR': str(self.temporary)}
 
     def nodes(self) -> Set[str]:
-        """The nodes that the master knows; none without a master."""
+        """Return the nodes that the master knows; none without a master."""
         try:
             state = rosgraph.Master('/test', self.uri).getSystemState()
         except OSError:
@@ -63,32 +63,32 @@ class Surroundings:
         return {node for part in state for _, names in part for node in names}
 
     def processes(self) -> Set[str]:
-        """The command lines of all that was started here and still runs."""
+        """Return the command lines of all processes that were started here and still run."""
         return marked_processes(f'{MARK}={self.mark}')
 
     def run_folders(self) -> Set[Path]:
-        """The folders with generated files that launchers have made."""
+        """Return the folders with generated files that launchers have made."""
         return set(self.temporary.glob('process_visualizer-*'))
 
     def is_master_there(self) -> bool:
-        """Whether anything listens at the master's port."""
+        """Return whether anything listens at the master's port."""
         with socket.socket() as probe:
             return probe.connect_ex(('localhost', self.port)) == 0
 
     def call(self, service: str, request: str) -> str:
-        """Call a service of a node, with the request as YAML; returns the answer."""
+        """Call a service of a node, with the request as YAML; return the answer."""
         done = subprocess.run(['rosservice', 'call', service, request], env=self.environment,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               timeout=PATIENCE_S, check=True)
         return done.stdout
 
     def end_all(self) -> None:
-        """End what a test has left."""
+        """End everything that a test has left."""
         end_marked_processes(f'{MARK}={self.mark}')
 
 
 class Program:
-    """A running launcher; what it writes is collected."""
+    """A running launcher; its output is collected."""
 
     def __init__(self, command: Sequence[str], surroundings: Surroundings) -> None:
         self.process = subprocess.Popen(
@@ -99,11 +99,11 @@ class Program:
         self._reader.start()
 
     def says(self, part: str) -> bool:
-        """Whether it has written this."""
+        """Return whether it has written this."""
         return part in ''.join(self.lines)
 
     def end(self, number: int) -> int:
-        """Send a signal and wait for the end; returns the exit code."""
+        """Send a signal and wait for the end; return the exit code."""
         self.process.send_signal(number)
         code = self.process.wait(PATIENCE_S)
         self._reader.join(PATIENCE_S)
@@ -115,5 +115,5 @@ class Program:
 
 
 def gui(*words: str) -> List[str]:
-    """The command that starts the window."""
+    """Return the command that starts the window."""
     return ['rosrun', 'process_visualizer', 'gui', *words]

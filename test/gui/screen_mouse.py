@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The screen as a person sees and uses it: colors in a picture, mouse and keys by the X server."""
+"""The screen as a person uses it: colors in a picture, mouse and keys through the X server."""
 from __future__ import annotations
 
 import subprocess
@@ -14,7 +14,7 @@ _STRONG, _WEAK = 150, 110  # of 255: a strong color has one part above, the othe
 
 
 def topmost_blue(area: QRect) -> Optional[QPoint]:
-    """The uppermost strongly blue dot in an area of the screen; None if there is none."""
+    """Return the uppermost strongly blue pixel in an area of the screen; None if there is none."""
     shot = QApplication.primaryScreen().grabWindow(0).toImage().convertToFormat(
         QImage.Format_RGBA8888).copy(area)
     dots = np.frombuffer(shot.bits().asarray(shot.byteCount()), np.uint8).reshape(
@@ -26,12 +26,12 @@ def topmost_blue(area: QRect) -> Optional[QPoint]:
 
 
 def press_key_in(title: str, key: str) -> None:
-    """Give the window of that title the keyboard, and press a key."""
+    """Give the window of that title the keyboard focus, and press a key."""
     xdotool('search', '--onlyvisible', '--name', title, 'windowfocus', '--sync', 'key', key)
 
 
 def move_to(place: QPoint) -> None:
-    """Move the mouse to a place on the screen."""
+    """Move the mouse to a position on the screen."""
     xdotool('mousemove', str(place.x()), str(place.y()))
 
 
@@ -41,10 +41,10 @@ def press() -> None:
 
 
 def release() -> None:
-    """Let the left button go."""
+    """Release the left button."""
     xdotool('mouseup', '1')
 
 
 def xdotool(*words: str) -> None:
-    """Do what a mouse or keyboard would."""
+    """Run xdotool, which acts as mouse or keyboard."""
     subprocess.run(['xdotool', *words], check=True, timeout=120)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An operator plays a recording while a driver still runs, and starts one while it plays."""
+"""An operator plays a recording while a driver still runs, and starts one during playback."""
 from __future__ import annotations
 
 import os
@@ -36,7 +36,7 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 
 @contextmanager
 def driver(operator: Operator) -> Iterator[None]:
-    """A driver that somebody else has started, until it publishes; ends with the ``with``."""
+    """Run a driver that the cell has not started, until the end of the ``with``."""
     process = subprocess.Popen([sys.executable, '-c', DRIVER])
     try:
         operator.wait(lambda: '/feed_driver' in publishers(), 'the driver')
@@ -104,14 +104,14 @@ def it_is_told_and_pauses(operator: Operator) -> None:
 
 
 def question(operator: Operator) -> str:
-    """The question that is open; empty without one."""
+    """Return the open question; empty without one."""
     found = operator.window.findChild(QMessageBox, 'question')
     return found.text() if found is not None and found.isVisible() else ''
 
 
 def keep_picture(operator: Operator, name: str) -> None:
-    """Save what is seen, for those who want to look at it."""
+    """Save a picture of the window, to be viewed later."""
     folder = os.environ.get('TEST_PICTURES')
     if folder:
-        QApplication.processEvents()  # so that it is laid out
+        QApplication.processEvents()  # for the layout
         operator.window.grab().save(f'{folder}/{name}.png')

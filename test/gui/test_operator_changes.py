@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An operator changes what runs: the topics that are played, the mode, the view of RViz."""
+"""An operator changes what runs: the played topics, the mode, the view of RViz."""
 from __future__ import annotations
 
 import re
@@ -27,7 +27,7 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 
 
 def test_changes(operator: Operator, tmp_path: Path) -> None:
-    """Whatever differs is started again, and nothing else."""
+    """Only what differs is restarted."""
     player = Player(operator)
     open_the_cell(operator)
     launch(operator)
@@ -43,12 +43,12 @@ def test_changes(operator: Operator, tmp_path: Path) -> None:
 
 
 def shown_by_whom() -> Set[str]:
-    """The processes of RViz and of the nodes that draw in it."""
+    """Return the processes of RViz and of the nodes that draw in it."""
     return {it for it in processes('GUI_TEST_MARK') if re.search(r'/(rviz|robot_proc)\b', it)}
 
 
 def save_the_view(operator: Operator) -> None:
-    """What RViz says of itself: where there is little room, it shows the scene and no lists."""
+    """Save RViz's own state: in a small window, it shows the scene and no lists."""
     view = operator.launcher.view
     view.save('mine')
     operator.wait(lambda: view.chosen == 'mine', 'the view is saved')
@@ -60,7 +60,7 @@ def save_the_view(operator: Operator) -> None:
 
 
 def leave_a_topic_out(operator: Operator, player: Player) -> None:
-    """Only the player is started again, and it goes on where it was."""
+    """Only the player is restarted, and it continues at the same position."""
     operator.click('loop')
     player.wait(lambda it: it.loop is not None and not it.paused, 'it loops')
     operator.press(Qt.Key_Space)
@@ -82,7 +82,7 @@ def leave_a_topic_out(operator: Operator, player: Player) -> None:
 
 
 def play_backwards(operator: Operator, player: Player) -> None:
-    """Again and again, as it loops."""
+    """It plays again and again, as it loops."""
     operator.click('play_backwards')
     player.wait(lambda it: it.rate < 0.0 and not it.paused, 'it plays backwards')
     operator.wait(lambda: 'backwards' in operator.text('status'), 'the status says so')
@@ -93,7 +93,7 @@ def play_backwards(operator: Operator, player: Player) -> None:
 
 
 def to_live_and_back(operator: Operator, player: Player) -> None:
-    """One click each way; playback goes on at the same place."""
+    """One click each way; playback continues at the same position."""
     before = player.next()
     assert before.rate < 0.0
     operator.click('realtime')

@@ -49,7 +49,7 @@ def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
 
 
 def drag_the_frame(operator: Operator) -> None:
-    """By the arrow that points upwards: the frame goes up, and nowhere else."""
+    """Drag the arrow that points upwards: the frame moves up, in no other direction."""
     frames: Dict[str, float] = {}
     events: List[int] = []
     ear = rospy.Subscriber(f'{CALIBRATION_TOPIC}/feedback', InteractiveMarkerFeedback,
@@ -87,7 +87,7 @@ def drag_the_frame(operator: Operator) -> None:
 
 
 def take_hold(operator: Operator, place: QPoint, events: List[int]) -> None:
-    """Press the mouse there, until RViz takes it for the arrow: it has to see the mouse come."""
+    """Press the mouse there, until RViz takes hold of the arrow: it must see the mouse move."""
     held = InteractiveMarkerFeedback.MOUSE_DOWN
     for attempt in range(60):
         move_to(place + QPoint(0, attempt % 2))
@@ -99,10 +99,10 @@ def take_hold(operator: Operator, place: QPoint, events: List[int]) -> None:
 
 
 def let_go(operator: Operator, events: List[int]) -> None:
-    """Release the mouse, and wait until RViz has done with all that it was told.
+    """Release the mouse, and wait until RViz has processed all events.
 
-    On a busy computer, presses of ``take_hold`` still wait for it: it would let go, take hold again
-    and go on dragging. Its reports come from the thread that takes what the mouse does.
+    On a busy computer, presses of ``take_hold`` may still be queued: it would release, take hold
+    again and continue dragging. Its reports come from the thread that handles the mouse.
     """
     reports: List[Any] = []
     release()

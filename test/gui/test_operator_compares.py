@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An operator finds the poor run of a recording, and goes to the moment where it began."""
+"""An operator finds the poor run of a recording, and seeks to the beginning of its fault."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -16,7 +16,7 @@ POOR_S = 27.0
 
 @pytest.fixture
 def bag(tmp_path: Path) -> str:
-    """Written before the window is there: the thread that writes is the window's."""
+    """Write the bag before the window exists: the thread that writes is the window's."""
     return write_bag(tmp_path, cycles=4, poor=2)
 
 

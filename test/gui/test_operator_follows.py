@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An operator holds the running cell against a good run, and is told what departs."""
+"""An operator compares the running cell with a good run, and is notified of deviations."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,7 @@ CYCLE_S = 20.0
 
 @pytest.fixture
 def bag(tmp_path: Path) -> str:
-    """A good cycle; written before the window is there, as its thread writes it."""
+    """Write a good cycle before the window exists, as its thread writes it."""
     return write_sewing_bag(str(tmp_path / 'good.bag'), SewingCycle('good', 3), CYCLE_S)
 
 
@@ -54,7 +54,7 @@ def test_a_fault_of_the_running_cell_is_told(operator: Operator, bag: str, tmp_p
     end_the_simulator(operator)
     operator.wait(lambda: 'no data since' in operator.text('status'), 'nothing is judged',
                   instead=operator.messages)
-    operator.click('launch')  # nothing is compared that would be lost
+    operator.click('launch')  # there is no comparison that would be lost
     operator.wait(lambda: operator.text('status') == 'Idle', 'everything has ended')
     assert operator.messages() == '' and operator.text('compare_state').endswith('they run.')
 
@@ -70,7 +70,7 @@ def open_the_faulty_cell(operator: Operator) -> None:
 def choose_reference(operator: Operator, bag: str) -> None:
     operator.window.panels.setCurrentIndex(2)
     assert operator.widget('add_recording').isEnabled()
-    operator.launcher.compare.add(bag)  # what the dialog for files does
+    operator.launcher.compare.add(bag)  # as the dialog for files does
     runs = operator.widget('runs', QTreeWidget)
     operator.wait(lambda: runs.topLevelItemCount() == 1, 'the run is listed',
                   instead=operator.messages)
@@ -80,7 +80,7 @@ def choose_reference(operator: Operator, bag: str) -> None:
 
 
 def ghost_namespaces() -> 'set[str]':
-    """What of the ghost is drawn."""
+    """Return the namespaces of the ghost's drawn markers."""
     found: List[Marker] = rospy.wait_for_message(GHOST_TOPIC, MarkerArray, 10.0).markers
     return {it.ns for it in found}
 

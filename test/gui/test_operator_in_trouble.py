@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator sees when a node or the master ends or hangs."""
+"""Messages to the operator when a node or the master ends or hangs."""
 from __future__ import annotations
 
 import os
@@ -53,7 +53,7 @@ def devices(operator: Operator) -> DevicesView:
 
 
 def pid(node: str) -> int:
-    """The process of a node, by its name without namespace."""
+    """Return the process of a node, by its name without namespace."""
     [line] = [it for it in processes('GUI_TEST_MARK') if f'__name:={node} ' in it]
     return int(line.split()[0])
 
@@ -80,7 +80,7 @@ def a_node_is_killed(operator: Operator) -> None:
 
 
 def the_recorder_hangs(operator: Operator, folder: Path) -> None:
-    """It goes on recording as soon as it can, and nobody is told to end it."""
+    """It continues to record as soon as it can, and there is no request to end it."""
     recording, recorder = operator.launcher.recording, pid('bag_recorder')
     recording.choices.set_folder(str(folder))
     operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
@@ -99,7 +99,7 @@ def the_recorder_hangs(operator: Operator, folder: Path) -> None:
 
 
 def the_master_hangs(operator: Operator) -> None:
-    """The window lives, and knows when the master answers again."""
+    """The window keeps working, and notices when the master answers again."""
     os.kill(master(), signal.SIGSTOP)
     wait_for_offer(operator, 'The ROS master is not responding')
     assert operator.text('status').startswith('The ROS master is not responding')
@@ -116,7 +116,7 @@ def the_master_hangs(operator: Operator) -> None:
 
 
 def master() -> int:
-    """The process of the master."""
+    """Return the process of the master."""
     [line] = [it for it in processes('GUI_TEST_MARK') if '/rosmaster' in it]
     return int(line.split()[0])
 
@@ -153,7 +153,7 @@ def the_master_is_killed(operator: Operator) -> None:
 
 @contextmanager
 def another_master() -> Iterator[None]:
-    """Have one in place of that which was killed."""
+    """Run another master in place of the killed one."""
     port = str(urlsplit(os.environ['ROS_MASTER_URI']).port)
     process = subprocess.Popen(['rosmaster', '--core', '-p', port], stdout=subprocess.DEVNULL)
     yield
@@ -162,7 +162,7 @@ def another_master() -> Iterator[None]:
 
 
 def the_master_was_started_anew(operator: Operator) -> None:
-    """It knows no node, but the recording can be ended, and the launcher starts again for it."""
+    """It knows no node, but the recording can be ended, and the launcher can launch again."""
     anew = 'The ROS master was restarted'
     wait_for_offer(operator, anew)
     operator.click('lost_master_remedy')

@@ -36,7 +36,7 @@ def test_keys_work_in_rviz_and_rviz_can_be_closed(operator: Operator, tmp_path: 
 
 
 def close_rviz(operator: Operator) -> None:
-    """As its menu and its button do; the cell goes on."""
+    """Close it as its menu and its button do; the cell keeps running."""
     place = operator.keeper.rviz_place
     press_key_in(RVIZ, 'ctrl+q')
     operator.wait(place.isVisible, 'its place says so',

@@ -80,7 +80,7 @@ def begin_recording(operator: Operator, folder: Path) -> None:
 
 
 def end_recording(operator: Operator, folder: Path) -> None:
-    """The recording has everything of the time of the replays."""
+    """The recording has everything from the time of the replays."""
     operator.click('record')
     operator.wait(lambda: operator.launcher.recording.phase is RecordingPhase.IDLE, 'recorded')
     [path] = folder.glob('*.bag')
@@ -93,7 +93,7 @@ def completeness(path: Path) -> Completeness:
 
 
 def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> None:
-    """Click into the past, and wait until it is seen."""
+    """Click into the past, and wait until RViz shows it."""
     timeline = timeline_of(operator)
     place = QPoint(int(timeline.axis.x(-ago_s)), 60)
     phases: List[ReplayPhase] = []
@@ -110,7 +110,7 @@ def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> N
 
 
 def look_around(operator: Operator, replay: ReplayModel) -> None:
-    """Drag: the player goes where the mouse is."""
+    """Drag: the player follows the mouse."""
     timeline = timeline_of(operator)
     for back_s in (4.0, 7.0, 2.0, 9.0, 3.0):
         place = QPoint(int(timeline.axis.x(-back_s)), 60)
@@ -131,7 +131,7 @@ def move_the_live_scene(operator: Operator) -> None:
 
 
 def rviz_windows() -> List[str]:
-    """Those of the running cell and of the replay: the older one first."""
+    """Return the windows of the running cell and of the replay: the older one first."""
     found = xdotool('search', '--onlyvisible', '--name', 'RViz$').split()
     started = {it: Path(f'/proc/{xdotool("getwindowpid", it).strip()}/stat').read_text()
                .rpartition(')')[2].split()[19] for it in found}
@@ -139,7 +139,7 @@ def rviz_windows() -> List[str]:
 
 
 def place_of(window: str) -> List[int]:
-    """x, y, width and height [px]."""
+    """Return x, y, width and height [px]."""
     text = xdotool('getwindowgeometry', '--shell', window)
     values = dict(line.split('=') for line in text.split())
     return [int(values[name]) for name in ('X', 'Y', 'WIDTH', 'HEIGHT')]
@@ -151,13 +151,13 @@ def xdotool(*words: str) -> str:
 
 
 def press_in_replay(operator: Operator, key: str) -> None:
-    """Press a key while its RViz has the keyboard."""
+    """Press a key while its RViz has the keyboard focus."""
     _, past = operator.beside(rviz_windows)
     operator.beside(lambda: xdotool('windowfocus', '--sync', past, 'key', key))
 
 
 def play(operator: Operator, replay: ReplayModel) -> None:
-    """By the keys, wherever the focus is."""
+    """Play with the keys, independent of the focus."""
     before_s = replay.time_s
     press_in_replay(operator, 'space')
     operator.wait(lambda: replay.playback.state.is_playing and replay.time_s > before_s + 0.5,
@@ -167,13 +167,13 @@ def play(operator: Operator, replay: ReplayModel) -> None:
 
 
 def wait_for_band(operator: Operator, picture: str, is_shown: bool) -> None:
-    """Wait until RViz says that this is a replay, or no longer."""
+    """Wait until RViz shows that this is a replay, or no longer."""
     operator.beside(lambda: wait_until(lambda: (amber_pixels(picture) > MIN_AMBER) == is_shown,
                                        f'band: {is_shown}'))
 
 
 def amber_pixels(picture: str) -> int:
-    """How many pixels of the screen have the color of the band."""
+    """Return the number of pixels of the screen that have the color of the band."""
     save_picture(picture)
     text = subprocess.run(['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',
                            '-opaque', AMBER, '-format', '%[fx:mean*w*h]', 'info:'],

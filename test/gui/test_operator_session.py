@@ -21,7 +21,7 @@ from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
 RECORDED_S = 6.0
 REALTIME = 'In real-time mode.'
-"""What nodes say follows, as that of the simulator where the computer is too busy for it."""
+"""Messages of nodes may follow, such as the simulator's if the computer is too busy for it."""
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
 
 
 class Player:
-    """What the player says, beside the window."""
+    """Follows the player's states, beside the window."""
 
     def __init__(self, operator: Operator) -> None:
         self._operator = operator
@@ -58,7 +58,7 @@ class Player:
         return self.states[-1] if self.states else None
 
     def next(self) -> PlayerSnapshot:
-        """A state that comes after now."""
+        """Return the next state that arrives."""
         count = len(self.states)
         self._operator.wait(lambda: len(self.states) > count, 'a state of the player')
         return self.states[-1]
@@ -70,7 +70,7 @@ class Player:
 
 
 def shown_position_s(operator: Operator) -> float:
-    """The position as the window writes it."""
+    """Return the position as the window writes it."""
     match = re.search(r'(\d+):(\d\d\.\d\d\d)', operator.text('time'))
     assert match is not None, operator.text('time')
     return 60.0 * int(match[1]) + float(match[2])
@@ -164,7 +164,7 @@ def record(operator: Operator, folder: Path) -> str:
 
 
 def play_back(operator: Operator, bag: str) -> None:
-    """While the cell runs: only what differs is stopped and started."""
+    """Play while the cell runs: only what differs is stopped and started."""
     operator.launcher.bag.open([bag])
     operator.wait(lambda: operator.launcher.session.paths == (bag,), 'the bag is read')
     operator.click('playback')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What nodes say reaches the operator: what is left out and why, and which tool the poses have."""
+"""Messages of nodes reach the operator: omitted data with reasons, and the frame of the poses."""
 from __future__ import annotations
 
 import math
@@ -39,7 +39,7 @@ BAD_TEXT = 'it holds NaN or infinity'
 
 
 class Driver:
-    """Plays the arm's driver: it stands still at one place after the other.
+    """Plays the arm's driver: it stands still at one pose after the other.
 
     Its poses are those of panda_link7, which is 0.107 m from the hand.
     """
@@ -78,7 +78,7 @@ class Driver:
 
 
 def pose(place: Placement, is_wrong: bool) -> PoseStamped:
-    """Return the message of a pose, with NaN for its rotation if it is a wrong one."""
+    """Return the message of a pose; a wrong one has NaN as rotation."""
     message = PoseStamped()
     message.header.stamp = rospy.Time.now()
     at, turn = message.pose.position, message.pose.orientation
@@ -131,7 +131,7 @@ def a_message_is_left_out_and_why(operator: Operator) -> None:
     operator.wait(lambda: BAD_TEXT in told(operator), 'the warning',
                   instead=lambda: told(operator))
     row = devices(operator).topLevelItem(0)
-    # at the beginning there may be one more, of what has not come yet
+    # at the beginning there may be one more, about data that has not arrived yet
     operator.wait(lambda: row.text(1) == '1 warning: click to read', 'one warning',
                   instead=lambda: f'{row.text(1)}: {told(operator)}')
     QTest.mouseClick(devices(operator).viewport(), Qt.LeftButton,
@@ -145,7 +145,7 @@ def warnings_text(operator: Operator) -> str:
 
 
 def _right(operator: Operator) -> Any:
-    """From the middle of a row into its right column."""
+    """Return the step from the middle of a row to its right column."""
     rectangle = devices(operator).visualItemRect(devices(operator).topLevelItem(0))
     return (rectangle.topRight() - rectangle.topLeft()) / 4
 
@@ -158,7 +158,7 @@ def what_is_mended_goes_away(operator: Operator) -> None:
 
 
 def a_line_of_a_log_stands_there_too(operator: Operator) -> None:
-    """As one of a driver of somebody else."""
+    """The line is like that of another maker's driver."""
     rospy.set_param('/arm/zero', 'none')
     operator.wait(lambda: "parameter /arm/zero: a number is expected, not 'none'" in told(operator),
                   'the line', instead=lambda: told(operator))

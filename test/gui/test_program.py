@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher as a program: how it ends, what is left when it is killed, and bad surroundings."""
+"""The launcher as a program: its end, what is left when it is killed, and bad surroundings."""
 from __future__ import annotations
 
 import os
@@ -51,7 +51,7 @@ def wait_until_launched(around: Surroundings, program: Program) -> None:
 
 
 def record(around: Surroundings, folder: Path, name: str = 'taken') -> Path:
-    """Have the recorder record; returns the bag when something is in it."""
+    """Let the recorder record; return the bag once it has messages."""
     bag = folder / f'{name}.bag'
     active = folder / f'{name}.bag.active'
     around.call('/bag_recorder/start',
@@ -100,7 +100,7 @@ def test_killed_while_recording(around: Surroundings, start: Start, tmp_path: Pa
 
 
 def starts_again_after_more_was_killed(around: Surroundings, start: Start, folder: Path) -> None:
-    """With roslaunch killed too nobody is left who could end the nodes but the next launcher."""
+    """With roslaunch killed too, only the next launcher can end the nodes."""
     [left] = around.run_folders()
     program = start(gui(str(around.config), '--launch'))
     wait_until_launched(around, program)
@@ -131,7 +131,7 @@ def terminated_while_recording(around: Surroundings, program: Program, bag: Path
 
 
 def test_started_by_roslaunch(around: Surroundings, start: Start, tmp_path: Path) -> None:
-    """A bag is for playback; a mode that is asked for is taken instead of the last one."""
+    """A bag selects playback; a requested mode replaces the last one."""
     path = str(tmp_path / 'seam.bag')
     with rosbag.Bag(path, 'w') as bag:
         bag.write('/feed_rate_est', Float64(0.1), Time(1000))
@@ -153,7 +153,7 @@ def roslaunch_and_interrupt(around: Surroundings, start: Start, argument: str) -
 
 
 def remembered(around: Surroundings, name: str) -> Any:
-    """What the window, as it was when it was closed, has written down."""
+    """Return a setting that the window saved when it was closed."""
     path = around.settings / 'process_visualizer' / 'launcher.conf'
     return Settings(str(path)).value(name)
 

@@ -22,7 +22,7 @@ from process_visualizer.launching.part_report import NodeReport, NodeState, Part
 
 
 class Desk:
-    """The windows on a screen, without RViz: where it would be."""
+    """The windows on a screen, without RViz: its area is left free."""
 
     def __init__(self, qtbot: Any, folder: Path) -> None:
         self.settings = Settings(str(folder / 'settings'))
@@ -44,7 +44,7 @@ class Desk:
         return QRect(place.x, place.y, place.width, place.height)
 
     def fits(self) -> bool:
-        """Whether the windows have their places, cover the screen, and not each other."""
+        """Return whether the windows have their positions, and cover the screen without overlap."""
         frame = self.window.frameGeometry()
         rviz = QRect(self.rviz.topLeft(), self.rviz.size() + frame.size() - self.window.size())
         shown = [frame, rviz, *([self.dock.geometry()] if self.dock.isVisible() else [])]
@@ -89,7 +89,7 @@ def test_where_rviz_was_stands_a_button_that_restarts_it(desk: Desk, qtbot: Any)
     run_rviz(desk, PartState.STARTING, NodeReport('/rviz'))
     assert place.isVisible() and not place.findChild(QPushButton, 'rviz_place_restart').isVisible()
     assert place.findChild(QLabel, 'rviz_place_text').text() == 'RViz is starting…'
-    desk.launcher.link.displays.emit(())  # by the one before, as it ended
+    desk.launcher.link.displays.emit(())  # from the previous RViz, as it ended
     run_rviz(desk, PartState.RUNNING, NodeReport('/rviz', NodeState.RUNNING))
     assert place.isVisible()
     desk.launcher.link.displays.emit(())
@@ -116,7 +116,7 @@ def test_each_mode_has_its_timeline(desk: Desk, qtbot: Any) -> None:
 
 
 def test_no_window_moves_with_mode_and_tab(desk: Desk, qtbot: Any) -> None:
-    """Each button of the timeline is where it was before the tab changed."""
+    """Each button of the timeline stays where it was before the tab changed."""
     qtbot.waitUntil(desk.fits)
     panels = desk.window.panels
     at_first = desk.window.frameGeometry(), desk.rviz, desk.dock.geometry()

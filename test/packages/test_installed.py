@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The install space of the built workspace: every module is imported, every program started.
 
-It is used as by somebody who has just logged in; nothing of the sources and of the devel space is
-in its environment.
+It is used as after a fresh login; nothing of the sources and of the devel space is in its
+environment.
 """
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ OTHERS = """
 
 
 class InstallSpace:
-    """An install space, and what was started from it."""
+    """An install space, and the programs started from it."""
 
     def __init__(self, folder: Path, home: Path) -> None:
         self.folder = folder
@@ -62,16 +62,16 @@ class InstallSpace:
         self.log = home / 'log.txt'
 
     def environment(self, **more: str) -> Dict[str, str]:
-        """That of somebody who has just logged in and activated the virtual environment."""
+        """Return the environment after a fresh login and activation of the virtual environment."""
         path = f'{Path(sys.executable).parent}:/usr/sbin:/usr/bin:/sbin:/bin'
         return {'HOME': str(self.home), 'PATH': path, 'LANG': 'C.UTF-8', **more}
 
     def command(self, *words: str) -> List[str]:
-        """A command for after its set-up file."""
+        """Return a command that runs after its set-up file."""
         return ['bash', '-c', f'source {self.folder}/setup.bash && exec "$@"', 'installed', *words]
 
     def run(self, *words: str, **environment: str) -> str:
-        """Run a command to its end; returns what it printed."""
+        """Run a command to its end; return its output."""
         done = subprocess.run(self.command(*words), env=self.environment(**environment), text=True,
                               cwd=self.home, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               check=False)
@@ -80,7 +80,7 @@ class InstallSpace:
 
     @contextmanager
     def running(self, *words: str, **environment: str) -> Iterator['subprocess.Popen[bytes]']:
-        """Run a command until it is interrupted as by Ctrl-C; what is wrong in its output fails."""
+        """Run a command until it is interrupted as by Ctrl-C; faults in its output fail."""
         mark = f'ROS_MASTER_URI={environment["ROS_MASTER_URI"]}'
         try:
             with self.log.open('wb') as log:
@@ -94,32 +94,32 @@ class InstallSpace:
             wait_until_alone(mark)
         finally:
             end_marked_processes(mark)
-            print(self.output())  # pytest shows it when something fails
+            print(self.output())  # pytest shows it on a failure
         assert not FAULTS.findall(self.output()), self.output()
 
     def output(self) -> str:
-        """What the last running command has printed."""
+        """Return the output of the last running command."""
         return self.log.read_text(encoding='utf-8', errors='replace')
 
     def programs(self) -> Set[str]:
-        """All that is installed for rosrun."""
+        """Return all programs that are installed for rosrun."""
         folders = [self.folder / 'lib' / name for name in ('process_visualizer', 'sewing_cell')]
         return {f'{path.parent.name}/{path.name}' for folder in folders for path in folder.iterdir()
                 if path.is_file() and os.access(path, os.X_OK)}
 
     def _programs(self, mark: str) -> Set[str]:
-        """Which of them are running."""
+        """Return the running ones of the installed programs."""
         commands = ' '.join(marked_processes(mark)).split()
         lib = f'{self.folder}/lib/'
         found = {word[len(lib):] for word in commands if word.startswith(lib)}
-        if '__name:=kinect_roi' in commands:  # which becomes the program that loads its nodelet
+        if '__name:=kinect_roi' in commands:  # it becomes the program that loads its nodelet
             found.add('sewing_cell/kinect_roi')
         return found
 
 
 @pytest.fixture(scope='module')
 def installed(tmp_path_factory: pytest.TempPathFactory) -> InstallSpace:
-    """The workspace that this test runs in, installed below a folder of its own."""
+    """The workspace of this test, installed below a folder of its own."""
     workspace = Path(os.environ['CMAKE_PREFIX_PATH'].split(':')[0]).parent
     root = tmp_path_factory.mktemp('root')
     with (workspace / 'install.lock').open('w') as lock:
@@ -135,7 +135,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> InstallSpace:
 
 
 def modules() -> List[str]:
-    """All modules of both packages, by name."""
+    """Return all modules of both packages, by name."""
     return sorted('.'.join(path.relative_to(folder).with_suffix('').parts)
                   for folder in SOURCES for path in folder.rglob('*.py')
                   if path.name != '__init__.py')
@@ -150,7 +150,7 @@ def test_every_module_is_imported(installed: InstallSpace) -> None:
 
 @pytest.fixture(scope='module')
 def cell(installed: InstallSpace, tmp_path_factory: pytest.TempPathFactory) -> InstallSpace:
-    """The simulated cell has run with RViz until it showed everything."""
+    """Run the simulated cell with RViz until everything is shown."""
     picture = tmp_path_factory.mktemp('picture') / 'cell.png'
     with virtual_screen() as display:
         environment = {**SOFTWARE_GRAPHICS, 'DISPLAY': display,
@@ -167,7 +167,7 @@ def cell(installed: InstallSpace, tmp_path_factory: pytest.TempPathFactory) -> I
 
 @pytest.fixture(scope='module')
 def everything(cell: InstallSpace) -> InstallSpace:
-    """What no simulated cell needs has run as well: the window, a nodelet, a recording."""
+    """Also run what no simulated cell needs: the window, a nodelet, a recording."""
     launch, recording = cell.home / 'others.launch', cell.home / 'recording.bag'
     launch.write_text(OTHERS)
     with rosbag.Bag(str(recording), 'w') as bag:
@@ -195,17 +195,17 @@ def test_launch_files_call_xacro(installed: InstallSpace) -> None:
 
 
 def nodes(uri: str) -> Set[str]:
-    """The nodes that a master knows."""
+    """Return the nodes that a master knows."""
     return {name for kind in state(uri) for _, names in kind for name in names}
 
 
 def topics(uri: str) -> Set[str]:
-    """The topics that nodes publish."""
+    """Return the topics that nodes publish."""
     return {topic for topic, _ in state(uri)[0]}
 
 
 def state(uri: str) -> List[List[List[object]]]:
-    """What the master's getSystemState says; nothing if there is no master yet."""
+    """Return the master's getSystemState; nothing if there is no master yet."""
     try:
         return ServerProxy(uri).getSystemState('/test')[2]  # type: ignore[index, return-value]
     except OSError:

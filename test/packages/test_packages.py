@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A clone in a fresh workspace: built and installed, both packages and all they hold are found."""
+"""A clone in a fresh workspace: built and installed, with both packages and their content found."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,7 @@ SHARED = {
 
 
 def clean_environment(home: Path) -> Dict[str, str]:
-    """The environment of somebody who has just logged in and activated the virtual environment."""
+    """Return the environment after a fresh login and activation of the virtual environment."""
     path = f'{Path(sys.executable).parent}:/usr/sbin:/usr/bin:/sbin:/bin'
     return {'HOME': str(home), 'PATH': path, 'LANG': 'C.UTF-8', 'VIRTUAL_ENV': sys.prefix}
 
@@ -43,8 +43,8 @@ def in_space(setup: Path, command: str) -> 'subprocess.CompletedProcess[str]':
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A workspace with a clone of the last commit, built and installed in a clean environment.
 
-    Each source is compiled by itself, as users build it. That it compiles, and where things lie, is
-    what matters here: nothing is optimized.
+    Each source is compiled by itself, as users build it. The test is about compiling and installed
+    paths only: nothing is optimized.
     """
     folder = tmp_path_factory.mktemp('workspace')
     clone = folder / 'src' / 'process_visualizer'

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Options of `rosbag play`, beside `rosbag play` itself: the same messages come."""
+"""Options of `rosbag play`, compared with `rosbag play` itself: the same messages arrive."""
 from __future__ import annotations
 
 import subprocess
@@ -20,12 +20,12 @@ TIMES_MS = [*range(0, 1000, 50), 3500, *range(4000, 4500, 50)]
 
 
 def numbers(listener: Listener, topic: str = '/number') -> List[int]:
-    """The numbers that have come on a topic."""
+    """The numbers received on a topic."""
     return [Int32().deserialize(data).data for data in listener.of(topic)]
 
 
 class AsRosbagPlayTest(unittest.TestCase):
-    """A number is the time [ms] of its message; half a second is empty, and two seconds are."""
+    """Each number is its message's time [ms]; a half second and two seconds have no messages."""
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -40,7 +40,7 @@ class AsRosbagPlayTest(unittest.TestCase):
 
     def each(self, check: Callable[['subprocess.Popen[bytes]', Listener], None],
              *options: str) -> None:
-        """Run both players with some options once somebody listens, and look at what comes."""
+        """Run both players with some options once a subscriber is there, and check the messages."""
         for program in PLAYERS:
             with self.subTest(program=program), Listener('/number', '/mark') as listener:
                 process = subprocess.Popen(
@@ -53,7 +53,7 @@ class AsRosbagPlayTest(unittest.TestCase):
                     process.communicate(timeout=60)
 
     def check_all(self, expected: Sequence[int], *options: str) -> None:
-        """Both players bring the same, and end."""
+        """Check that both players publish the same, and end."""
         def check(process: 'subprocess.Popen[bytes]', listener: Listener) -> None:
             listener.wait_for(lambda: numbers(listener)[-1:] == [expected[-1]], 'the last message')
             self.assertEqual(process.wait(120), 0)
@@ -62,7 +62,7 @@ class AsRosbagPlayTest(unittest.TestCase):
         self.each(check, *options)
 
     def allow(self, done: rospy.Publisher, time_ms: int) -> None:
-        """Let the node that controls the rate have come so far."""
+        """Publish the progress of the node that controls the rate."""
         message = PointStamped()
         message.header.stamp = stamp(time_ms)
         done.publish(message)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player as a process with what can go wrong: the master, subscribers, signals, faults."""
+"""The player as a process under faults: of the master and subscribers, signals, and bad files."""
 from __future__ import annotations
 
 import os
@@ -49,7 +49,7 @@ def run(command: Sequence[str], **environment: str) -> Tuple[int, str]:
 
 
 class SlowMaster:
-    """Passes on what a node asks the master; the first call of one method waits to be released."""
+    """Forwards a node's calls to the master; the first call of one method waits to be released."""
 
     def __init__(self, method: str) -> None:
         self._method = method
@@ -107,7 +107,7 @@ rospy.spin()
 
 
 class BagPlayerFaultsTest(unittest.TestCase):
-    """Whatever happens: a message that says what and where, no traceback, no hang."""
+    """Every fault has a message that says what and where, no traceback, no hang."""
 
     def setUp(self) -> None:
         self.folder = temporary_folder()
@@ -115,7 +115,7 @@ class BagPlayerFaultsTest(unittest.TestCase):
         self.rows = cell_rows()
 
     def bag(self, compression: str = 'none') -> str:
-        """A bag of one second."""
+        """Write a bag of one second."""
         return write_bag(Path(self.folder.name) / 'cell.bag', self.rows, compression=compression)
 
     def test_no_master(self) -> None:

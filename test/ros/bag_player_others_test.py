@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player beside real nodes that publish the same topics: who they are, and of which type."""
+"""The player beside real nodes that publish the same topics: their names, and their types."""
 from __future__ import annotations
 
 import subprocess
@@ -28,7 +28,7 @@ rospy.spin()
 
 
 class Driver:
-    """A node that publishes topics, while it is used in a ``with``."""
+    """A node that publishes topics, in a ``with``."""
 
     def __init__(self, *topics: str) -> None:
         self.process = subprocess.Popen([sys.executable, '-c', DRIVER, *topics],
@@ -45,7 +45,7 @@ class Driver:
         self.process.communicate(timeout=60)
 
     def kill(self) -> None:
-        """End it without a farewell: the master goes on knowing it."""
+        """End it without unregistering: the master still knows it."""
         self.process.kill()
         self.process.wait()
 
@@ -72,7 +72,7 @@ class BagPlayerOthersTest(unittest.TestCase):
 
     def test_types_and_definitions_that_are_in_use_are_left_out(self) -> None:
         class OldInfo(CameraInfo):
-            """One as another version of its package defines it."""
+            """The type as another version of its package defines it."""
 
             _md5sum = '0' * 32
 

@@ -22,12 +22,12 @@ TIMEOUT_S = 60.0
 
 
 def numbers(listener: Listener) -> List[float]:
-    """The numbers in the messages on /tcf."""
+    """Return the numbers in the messages on /tcf."""
     return [round(Float32MultiArray().deserialize(data).data[0], 4) for data in listener.of('/tcf')]
 
 
 def numbers_since(listener: Listener, number: float) -> List[float]:
-    """The numbers after one of them came for the last time; none before it came."""
+    """Return the numbers after the last arrival of one of them; none before it has arrived."""
     backwards = numbers(listener)[::-1]
     return backwards[:backwards.index(number)][::-1] if number in backwards else []
 
@@ -79,7 +79,7 @@ class BagPlayerTest(unittest.TestCase):
             self.assertEqual(player.wait()[0], 0)
 
     def check_refusals(self, client: PlayerClient) -> None:
-        """What cannot be met is an error of the command, and the player is there."""
+        """A command that cannot be executed raises an error, and the player stays reachable."""
         for command, reason in ((lambda: client.set_rate(0.0), 'must not be 0'),
                                 (lambda: client.step(1, '/none'), 'not in the recording'),
                                 (lambda: client.set_loop(True, 0.5, 0.4), 'at least')):
@@ -88,7 +88,7 @@ class BagPlayerTest(unittest.TestCase):
             self.assertNotIsInstance(caught.exception, PlayerUnreachable)
 
     def check_playing(self, client: PlayerClient, listener: Listener) -> None:
-        """Forwards and backwards, each in its order, without a gap."""
+        """Both directions play in order, without a gap."""
         for rate, begin_s in ((1.0, 0.2), (-2.0, 0.8)):
             client.seek(begin_s)
             self.assertEqual(client.set_rate(rate), f'rate {rate:g}')
@@ -97,20 +97,20 @@ class BagPlayerTest(unittest.TestCase):
             listener.wait_for(lambda at=begin_s: len(numbers_since(listener, at)) > 40, 'messages')
             self.assertIn('paused', client.toggle_paused())
             self.assertEqual(rospy.get_param(PLAYBACK_RATE), rate)
-            came = list(dict.fromkeys(numbers_since(listener, begin_s)))  # the last one comes again
+            came = list(dict.fromkeys(numbers_since(listener, begin_s)))  # the last one is repeated
             step_s = 0.008 if rate > 0.0 else -0.008
             self.assertEqual(came, [round(begin_s + step_s * number, 4)
                                     for number in range(1, len(came) + 1)])
             came_s = {number: it.time_s for number, it in zip(numbers(listener), listener.received)}
             starts_s = asked_s + HEAD_START_NS * 1e-9
-            # None before its time; backwards each comes when the one after it is left.
+            # None before its time; backwards each arrives when the one after it is left.
             for count, number in enumerate(came, int(rate > 0.0)):
                 due_s = starts_s + 0.008 * count / abs(rate)
                 self.assertGreaterEqual(came_s[number], due_s - 0.001)
             listener.clear()
 
     def check_loop(self, client: PlayerClient, listener: Listener) -> None:
-        """Rounds between two positions; nothing else is seen."""
+        """It loops between two positions; no other messages arrive."""
         client.set_rate(1.0)
         self.assertIn('loop from 0.200 to 0.400', client.set_loop(True, 0.2, 0.4))
         client.seek(0.2)
@@ -126,7 +126,7 @@ class BagPlayerTest(unittest.TestCase):
         self.assertEqual(first_round, sorted(first_round))
 
     def check_late_subscriber(self) -> None:
-        """What is latched comes with a stamp of the present, and so does the scene."""
+        """Latched messages have a stamp of the present, and so does the scene."""
         begin_s = rospy.get_time()
         with Listener('/text', '/image') as late:
             late.wait_for(lambda: bool(late.of('/text') and late.of('/image')), 'the scene')

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The recorder as a process: bad requests, odd and dead publishers, signals, and simulated time.
 
-Full disks, what a kill leaves, and silence are in test/cpp/test_recorder*.cpp.
+Full disks, the remains after a kill, and silence are in test/cpp/test_recorder*.cpp.
 """
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live_curves import RecentPart
 
 PATIENCE_S = 8.0
-"""Twice the time after which the recorder takes a publisher for one with a changed type."""
+"""Twice the time after which the recorder assumes that a publisher's type has changed."""
 
 
 class Copier:
@@ -67,7 +67,7 @@ class Copier:
         self._thread.join()
 
     def wait_for_another(self) -> None:
-        """Wait until one more is there."""
+        """Wait for one more copy."""
         with self._more:
             wanted = len(self.paths) + 1
             assert self._more.wait_for(lambda: len(self.paths) >= wanted, TIMEOUT_S), 'no copy'
@@ -83,7 +83,7 @@ class Copier:
 class BagRecorderFaultsTest(unittest.TestCase):
     """Every test has a recorder of its own."""
 
-    # Requests that cannot be met change nothing.
+    # Invalid requests change nothing.
 
     def test_bad_requests_say_why(self) -> None:
         topic = new_topic()
@@ -132,7 +132,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             recorder.start()
 
     def test_a_recorder_is_commanded_though_the_master_has_forgotten_it(self) -> None:
-        """So it is with one that was restarted."""
+        """A restarted master has forgotten it."""
         topic = new_topic()
         with RecorderUnderTest() as recorder, Stream(topic):
             path = recorder.start(topic, name='going_on')
@@ -158,7 +158,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 self.assertGreaterEqual(len(numbers(path, topic)), 100)
 
     def test_a_file_that_may_not_grow_does_not_end_the_recorder(self) -> None:
-        """A signal (SIGXFSZ) comes with it."""
+        """It causes a signal (SIGXFSZ)."""
         topic = new_topic()
         with RecorderUnderTest('prlimit', '--fsize=20000') as recorder, Stream(topic):
             path = recorder.start(topic, name='a')
@@ -181,10 +181,10 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 for topic in topics:
                     self.assertEqual(numbers(path, topic), list(range(300)))
 
-    # The memory is copied and read while something else goes on.
+    # The memory is copied and read during other operations.
 
     def test_commands_and_copies_do_not_disturb_each_other(self) -> None:
-        """All bags are in one folder and named by the second: for the names, too, they compete."""
+        """All bags are in one folder and named by the second: they also compete for names."""
         topic = new_topic()
         with Stream(topic), RecorderUnderTest(recent_duration=600, topics=[topic]) as recorder:
             self.assertTrue(wait_for_count(recorder, topic, 50))
@@ -239,7 +239,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 part, _ = memory.read((topic,))  # of another recorder with this name
                 self.assertTrue(part.is_anew)
 
-    # Publishers are odd, hang, die, or follow each other.
+    # Publishers are invalid, hang, die, or follow each other.
 
     def test_one_that_hangs_is_named_and_a_dead_one_is_not_waited_for(self) -> None:
         topic = new_topic()
@@ -312,7 +312,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
                     self.assertEqual(numbers(path, topic), [7])
 
     def test_odd_headers(self) -> None:
-        """What such publishers send, and all else, can be read by everybody."""
+        """All messages of such publishers, and all others, can be read by every reader."""
         undefined, odd = header_of(UInt32, '/undefined'), header_of(UInt32, '/odd')
         del undefined['message_definition']
         odd['callerid'] = b'/odd\xff\xc3('
@@ -359,7 +359,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             self.assertEqual(definitions[topic], UInt32._full_text)
 
     def test_in_memory_the_installed_definition_stands_in_for_a_missing_one(self) -> None:
-        """As rosjava does; where no other publisher has sent it."""
+        """Its publisher is like rosjava's; no other publisher has sent the definition."""
         topic = new_topic()
         header = header_of(String, '/undefined', latching=True)
         del header['message_definition']
@@ -372,7 +372,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             self.assertEqual((connection.type, connection.md5sum, connection.message_definition),
                              (String._type, String._md5sum, String._full_text))
 
-    # The time is simulated; this process was started before that, and keeps the machine's.
+    # The time is simulated; this process was started before that, and keeps the machine's time.
 
     def simulate_time(self) -> None:
         rospy.set_param('/use_sim_time', True)
@@ -422,7 +422,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
 
 
 def numbers_in(part: RecentPart, topic: str) -> List[int]:
-    """The numbers of a topic of type std_msgs/UInt32."""
+    """Return the numbers of a topic of type std_msgs/UInt32."""
     return [int.from_bytes(part.message(row), 'little') for row in range(len(part.numbers))
             if part.connections[part.numbers[row]].topic == topic]
 

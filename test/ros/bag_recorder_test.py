@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recorder with real publishers, from start over a mark to stop, and what rosbag reads then.
+"""The recorder with real publishers: start, a mark, stop, and the bag as rosbag reads it.
 
-What it does with messages, memory, disks and time is in test/cpp/test_recorder*.cpp.
+Its handling of messages, memory, disks and time is tested in test/cpp/test_recorder*.cpp.
 """
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class BagRecorderTest(unittest.TestCase):
             self.check_what_it_adds(path)
 
     def check_what_it_adds(self, path: str) -> None:
-        """The configuration, the base frames in force, the mark, and that nothing is missing."""
+        """It adds configuration, current base frames and mark, and says that nothing is missing."""
         (frames, _), = contents(path, '/process_visualizer/calibration')
         self.assertEqual(frames.transforms[0].child_frame_id, 'base')
         self.assertEqual(frames.transforms[0].transform.translation.y, 2.0)
@@ -84,7 +84,7 @@ class BagRecorderTest(unittest.TestCase):
         topic = new_topic()
         publisher = rospy.Publisher(topic, UInt32, queue_size=COUNT)
         with RecorderUnderTest() as recorder:
-            for name in 'abcd':  # rospy keeps the connections of before until it sends again
+            for name in 'abcd':  # rospy keeps the earlier connections until it sends again
                 path = recorder.start(topic, name=name)
                 for number in range(COUNT):
                     publisher.publish(number)

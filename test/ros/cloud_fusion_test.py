@@ -32,7 +32,7 @@ def points_of(cloud: PointCloud2) -> Points:
 
 
 class CloudFusionTest(unittest.TestCase):
-    """Publishes the clouds of two sensors and looks at what comes out."""
+    """Publishes the clouds of two sensors and checks the output."""
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -86,7 +86,7 @@ class CloudFusionTest(unittest.TestCase):
                 state.stamp = state.since = rospy.Time.now()
                 state.segment = segment
                 self.player.publish(state)
-            # Nothing was recorded of the right one at that position: one cloud must be enough.
+            # Nothing of the right one was recorded at that position: one cloud must be enough.
             self.send((0.002, 0.202, 0.002), None)
             self.wait_for(output, {(1.0, 0.2, 0.0)}, lambda: self.player.publish(_later(state)))
         state.paused = False
@@ -124,7 +124,7 @@ def _later(state: PlayerState) -> PlayerState:
 
 
 def _problems(diagnostics: Listener) -> 'dict[str, str]':
-    """Return what is told of each topic at present."""
+    """Return the current problem of each topic."""
     problems: 'dict[str, str]' = {}
     for status in (status for message in list(diagnostics.messages) for status in message.status):
         topic = status.name.split(': ')[-1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the tests of the cloud nodes share: clouds, a topic's messages, and waiting for them."""
+"""Shared code of the tests of the cloud nodes: clouds, a topic's messages, and waiting for them."""
 from __future__ import annotations
 
 import threading
@@ -41,7 +41,7 @@ class Listener:
     """Collects a topic's messages while it is used as a context manager."""
 
     heard = threading.Condition()
-    """Told whenever any of them hears something."""
+    """Notified when any of them receives a message."""
 
     def __init__(self, topic: str, message_class: type) -> None:
         self.messages: List[Any] = []
@@ -61,9 +61,9 @@ class Listener:
 
 def wait_until(condition: Callable[[], bool], what: str,
                meanwhile: Callable[[], None] = lambda: None) -> None:
-    """Wait until listeners have heard what is expected; fail after TIMEOUT_S.
+    """Wait until listeners have received the expected messages; fail after TIMEOUT_S.
 
-    `meanwhile` is called again as long as nothing has come of it.
+    `meanwhile` is called repeatedly until then.
     """
     end = time.monotonic() + TIMEOUT_S
     while not condition():
@@ -75,7 +75,7 @@ def wait_until(condition: Callable[[], bool], what: str,
 
 def send_fast_hand(broadcaster: tf2_ros.TransformBroadcaster, now: rospy.Time, x_m: float
                    ) -> None:
-    """Let the frame "hand" be at x in the frame "camera" now, before and after that far away."""
+    """Let the frame "hand" be at x in the frame "camera" now, and far away before and after."""
     step = rospy.Duration(0, 4000000)
     broadcaster.sendTransform([_hand(now - step, 50.0), _hand(now, x_m), _hand(now + step, 50.0)])
 
@@ -90,7 +90,7 @@ def _hand(stamp: rospy.Time, x_m: float) -> TransformStamped:
 
 
 def log_listener() -> Listener:
-    """Listen to what all nodes log."""
+    """Listen to the log of all nodes."""
     return Listener('/rosout', Log)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A view with every display type, each at a place of its own, and what a picture of it shows."""
+"""A view with every display type, each at a position of its own, and an analysis of its picture."""
 from __future__ import annotations
 
 import subprocess
@@ -23,12 +23,12 @@ ROBOT = f"""<robot name="r">
     <limit lower="-1" upper="1" effort="1" velocity="1" />
   </joint>
 </robot>"""
-"""Each link is at the place of the display that shows it."""
+"""Each link is at the position of the display that shows it."""
 _COLUMNS = 6
 _PIXELS_PER_M = 90.0
 _BACKGROUND = (12, 34, 56)
 ORIGIN = 'origin'
-"""The place of no display: the origin of the fixed frame."""
+"""A position without a display: the origin of the fixed frame."""
 _HALF_PLACE_M = 0.4
 _SQUARES = '<property name="Style" value="Flat Squares"/><property name="Size (m)" value="0.1"/>'
 _SMALL_GRID = """<property name="Cell Size" value="0.2"/>
@@ -47,11 +47,11 @@ _PROPERTIES = {
     **{name: _SQUARES for name in ('FluidPressure', 'Illuminance', 'LaserScan', 'PointCloud',
                                    'RelativeHumidity', 'Temperature')},
 }
-"""What makes a display small, or so large that one sees it; all else is the generator's."""
+"""Settings that make a display small, or large enough to see; the generator sets the rest."""
 
 
 def topic(name: str) -> str:
-    """What a display shows: a topic, the robot model's parameter, or '' if it shows none."""
+    """Return what a display shows: a topic, the robot model's parameter, or '' if it shows none."""
     last = {'InteractiveMarkers': 'update'}.get(name, 'data')
     if name == 'RobotModel':
         return f'/{DEVICE}/robot_description'
@@ -59,7 +59,7 @@ def topic(name: str) -> str:
 
 
 def view_text(folder: str) -> str:
-    """The .rviz file, its displays by the project's generator, seen from above."""
+    """The .rviz file: the displays of the project's generator, seen from above."""
     views = {'Current': {'Class': 'rviz/TopDownOrtho', 'Name': 'Current View',
                          'Scale': _PIXELS_PER_M, 'X': 0.0, 'Y': 0.0, 'Angle': 0.0,
                          'Target Frame': FIXED_FRAME}}
@@ -87,7 +87,7 @@ def _displays(folder: str) -> 'list[Dict[str, Any]]':
 
 
 def frames() -> 'list[TransformStamped]':
-    """Where the frames of the displays are in the fixed frame."""
+    """Return the transforms of the displays' frames in the fixed frame."""
     transforms = []
     for name in DISPLAY_TYPES:
         transform = TransformStamped(child_frame_id=name.lower())
@@ -104,13 +104,13 @@ def _place_m(name: str) -> Tuple[float, float]:
 
 
 def drawn_pixels(picture: str) -> Dict[str, int]:
-    """For each display, and the origin, the number of pixels there that are not the background.
+    """Return the number of pixels at each display, and at the origin, that are not the background.
 
     Images have panels of their own instead; there it is the number of pixels of their color.
     """
     pixels = picture_pixels(picture)
     drawn = (pixels != _BACKGROUND).any(axis=2)
-    rows, columns = np.nonzero(~drawn)  # the 3D view has this background, nothing else has
+    rows, columns = np.nonzero(~drawn)  # only the 3D view has this background
     middle = 0.5 * (columns.min() + columns.max() + 1), 0.5 * (rows.min() + rows.max() + 1)
     half = int(_HALF_PLACE_M * _PIXELS_PER_M)
     counts = {}
@@ -123,7 +123,7 @@ def drawn_pixels(picture: str) -> Dict[str, int]:
 
 
 def picture_pixels(picture: str) -> np.ndarray:
-    """The colors (height, width, 3) of a picture file."""
+    """Return the colors (height, width, 3) of a picture file."""
     text = subprocess.run(['identify', '-format', '%w %h', picture], stdout=subprocess.PIPE,
                           check=True, text=True).stdout
     width, height = map(int, text.split())

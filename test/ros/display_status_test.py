@@ -23,7 +23,7 @@ def values(status: DiagnosticStatus) -> Dict[str, str]:
 
 
 class DisplayStatusTest(unittest.TestCase):
-    """Looks at the report of an RViz with a good, a bad, and a disabled display."""
+    """Checks the report of an RViz with a good, a bad, and a disabled display."""
 
     first: DiagnosticArray
     last: DiagnosticArray
@@ -111,7 +111,7 @@ class DisplayStatusTest(unittest.TestCase):
             publisher.publish(cloud)
             wait_until(lambda: 'Points' in values(status()), 'RViz has it')
             self.assertIn('No messages received on /cloud', status().message)
-            publisher.publish(cloud)  # a box in which there is nothing
+            publisher.publish(cloud)  # an empty box
             wait_until(lambda: 'No messages' not in status().message, 'data')
 
     def test_rviz_itself(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A subscriber as those of rospy before 1.16: a connection that has ended is made again at once."""
+"""A subscriber like those of rospy before 1.16: it renews an ended connection at once."""
 from __future__ import annotations
 
 import io
@@ -16,7 +16,7 @@ NAME = '/eager_subscriber'
 
 
 class EagerSubscriber:
-    """Connected to a node that publishes the topic; use it in a ``with``."""
+    """Connects to a node that publishes the topic; use it in a ``with``."""
 
     def __init__(self, node: str, topic: str) -> None:
         self._header = {'callerid': NAME, 'topic': topic, 'md5sum': '*', 'type': '*'}
@@ -51,7 +51,7 @@ class EagerSubscriber:
             return False
 
     def _connected(self) -> Optional[socket.socket]:
-        """A connection that has begun; None where nobody accepts one."""
+        """Open a connection; return None if nothing accepts it."""
         try:
             connection = socket.create_connection(self._address)
             write_ros_handshake_header(connection, self._header)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What CloudFusion joins of a recording belongs to the position, however one came there."""
+"""CloudFusion's clouds of a recording match the position, however it was reached."""
 from __future__ import annotations
 
 import unittest
@@ -41,7 +41,7 @@ def times_of(cloud: PointCloud2) -> Tuple[float, ...]:
 
 
 class FusionPlaybackTest(unittest.TestCase):
-    """Seeks and plays, and looks at what is joined."""
+    """Seeks and plays, and checks the joined clouds."""
 
     def test_joins_what_belongs_to_the_position(self) -> None:
         with temporary_folder() as folder:
@@ -64,7 +64,7 @@ class FusionPlaybackTest(unittest.TestCase):
         wait_until(lambda: times_of(output.messages[-1]) == expected, f'clouds of {expected}')
 
     def check_playing(self, player: Player, output: Listener, rate: float, begin_s: float) -> None:
-        """While playing, both are of nearly the same time, which passes in the right direction."""
+        """While playing, both have nearly the same time, which passes in the right direction."""
         player.call('set_rate', SetRate, rate)
         player.call('seek', Seek, begin_s)
         begin = len(output.messages)

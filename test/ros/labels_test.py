@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Texts on plates in RViz: drawn, switched off, expired; and whatever comes, RViz goes on."""
+"""Texts on plates in RViz: drawn, switched off, expired; RViz survives any input."""
 from __future__ import annotations
 
 import contextlib
@@ -34,7 +34,7 @@ VIEW = {'Panels': [], 'Visualization Manager': {
 
 
 def label(name: str, text: str, **changes: float) -> Marker:
-    """A text at the origin; changes of its position [m] and height [m]."""
+    """Return a text at the origin; its position [m] and height [m] can be changed."""
     marker = text_marker(name, 'base', (0.0, 0.0, 0.0), text, changes.pop('height', 0.05), COLOR)
     for axis, value in changes.items():
         setattr(marker.pose.position, axis, value)
@@ -42,7 +42,7 @@ def label(name: str, text: str, **changes: float) -> Marker:
 
 
 def odd_labels() -> List[Marker]:
-    """Texts that are none, are nowhere, or are too large, far and many."""
+    """Return texts that are invalid, at no valid position, too large, too far away, or too many."""
     lost = label('lost', 'a')
     lost.header.frame_id = 'nowhere'
     return [label('nan', 'a', x=math.nan), label('far', 'a', x=1e30), label('empty', ''),
@@ -54,7 +54,7 @@ def odd_labels() -> List[Marker]:
 
 
 def green_pixels(picture: str) -> int:
-    """The number of pixels of the text's color."""
+    """Return the number of pixels of the text's color."""
     text = subprocess.run(
         ['convert', picture, '-fill', 'black', '+opaque', '#00ff00', '-fill', 'white',
          '-opaque', '#00ff00', '-format', '%[fx:mean*w*h]', 'info:'],

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""No question about their loggers ends our nodes in C++, as roscpp's own service does."""
+"""Requests about loggers do not end our C++ nodes, as they end those with roscpp's own service."""
 from __future__ import annotations
 
 import unittest
@@ -15,7 +15,7 @@ NODES = ('/sensor_fit', '/bag_recorder', '/arm/joint_proc', '/manager')
 
 
 class LoggerServicesTest(unittest.TestCase):
-    """As rqt_logger_level, and as somebody who means no good."""
+    """Requests like those of rqt_logger_level, and malicious ones."""
 
     def levels(self, node: str) -> Dict[str, str]:
         rospy.wait_for_service(f'{node}/get_loggers', TIMEOUT_S)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The nodelet ObjectFinder: what it finds, what it does not, and what it says about bad input."""
+"""The nodelet ObjectFinder: found objects, ignored points, and messages about bad input."""
 from __future__ import annotations
 
 import copy
@@ -31,7 +31,7 @@ GOODS: Box = (0.6, 0.5, 0.1, 0.2, 0.2, 0.1)
 
 
 def table_with(boxes: List[Box]) -> np.ndarray:
-    """Return what a camera 2 m above a table sees of boxes on it, in its frame, in rows."""
+    """Return the points of boxes on a table, seen by a camera 2 m above, in its frame, in rows."""
     v, u = np.meshgrid(np.arange(-90, 90), np.arange(-120, 120), indexing='ij')
     rays = np.stack([u / 160.0, v / 160.0, np.ones_like(u)], axis=-1)
     depth = np.full(u.shape, 2.0)
@@ -45,7 +45,7 @@ def table_with(boxes: List[Box]) -> np.ndarray:
 
 
 class ObjectFinderTest(unittest.TestCase):
-    """Publishes clouds, and looks at the objects that are found in them."""
+    """Publishes clouds, and checks the objects that are found in them."""
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -62,7 +62,7 @@ class ObjectFinderTest(unittest.TestCase):
                 arm_m: float = 0.0, pose_late_s: float = 0.0) -> None:
         """Publish a cloud, with the arm's link at x = ``arm_m`` above the table at its time.
 
-        Its pose can have a later stamp.
+        The link's pose can have a later stamp.
         """
         key = tuple(boxes)
         if key not in self.clouds:
@@ -146,9 +146,9 @@ class ObjectFinderTest(unittest.TestCase):
                        jump)
 
     def test_4_the_arm_jumps_with_the_recording(self) -> None:
-        """The pose of the arm comes a moment after the first cloud.
+        """The pose of the arm arrives shortly after the first cloud.
 
-        That cloud may overtake the player's state, and is looked at again then.
+        That cloud may overtake the player's state, and is then evaluated again.
         """
         at_its_place = (0.3, 0.0, 0.4, 0.2, 0.2, 0.2)
         with Listener('/finder/objects', DetectedObjects) as found:
@@ -164,7 +164,7 @@ class ObjectFinderTest(unittest.TestCase):
                     'nothing but the arm')
 
     def test_4_a_cloud_at_rest_is_compared_with_the_arm_of_its_time(self) -> None:
-        """While playback is paused, /tf has the arm where it was later than the cloud."""
+        """While playback is paused, /tf has the arm at a later time than the cloud's."""
         on_arm = (0.3, 0.0, 0.4, 0.2, 0.2, 0.2)
         with Listener('/finder/objects', DetectedObjects) as found:
             wait_until(lambda: bool(found.messages) and not found.messages[-1].objects,
@@ -181,7 +181,7 @@ class ObjectFinderTest(unittest.TestCase):
         self.player.publish(PlayerState(segment=20))
 
     def test_4_a_cloud_at_rest_without_poses_is_not_left_out(self) -> None:
-        """A robot may have no joints that are recorded; nothing may be hidden by that."""
+        """A robot without recorded joints must not hide objects."""
         with Listener('/finder/objects', DetectedObjects) as found:
             wait_until(lambda: bool(found.messages), 'a cell', lambda: self.publish([]))
             self.pause()
@@ -197,7 +197,7 @@ class ObjectFinderTest(unittest.TestCase):
         self.wait_for(lambda _found: True, 'a good cloud afterwards', [])
 
     def test_4_a_cloud_without_poses_around_it_is_left_out(self) -> None:
-        """Between two poses that are a second apart, the arm was not on the straight line."""
+        """Between two poses a second apart, the arm need not be on the straight line."""
         def later(cloud: PointCloud2, by_s: float) -> None:
             cloud.header.stamp += rospy.Duration(by_s)
             stamps.append(cloud.header.stamp)
@@ -214,7 +214,7 @@ class ObjectFinderTest(unittest.TestCase):
         self.player.publish(PlayerState(segment=30))
 
     def pause(self) -> None:
-        """Let the finder know that playback is paused: it draws again without clouds then."""
+        """Tell the finder that playback is paused: it then draws again without clouds."""
         with Listener('/finder/markers', MarkerArray) as drawn:
             wait_until(lambda: len(drawn.messages) > 2, 'markers without clouds',
                        lambda: self.player.publish(PlayerState(segment=20, paused=True)))

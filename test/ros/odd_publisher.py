@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A publisher that need not be a good one: every answer and every field can be chosen."""
+"""A publisher that may break the rules: every answer and every field can be chosen."""
 from __future__ import annotations
 
 import itertools
@@ -16,7 +16,7 @@ _names = itertools.count()
 
 
 def header_of(message_class: Any, caller: str, latching: bool = False) -> Dict[str, bytes]:
-    """What a good publisher says of its messages when a subscriber connects."""
+    """Return a good publisher's header, which it sends when a subscriber connects."""
     texts = {'type': message_class._type, 'md5sum': message_class._md5sum, 'callerid': caller,
              'message_definition': message_class._full_text, 'latching': str(int(latching))}
     return {name: text.encode() for name, text in texts.items()}
@@ -27,12 +27,12 @@ class OddPublisher:
 
     def __init__(self, topic: str, header: Optional[Dict[str, bytes]] = None,
                  bus_info: Any = None, name: str = '') -> None:
-        """Register at the master.
+        """Register with the master.
 
         Args:
-            topic: what it publishes.
-            header: what it says of its messages.
-            bus_info: what it answers when it is asked for its connections; None: the truth.
+            topic: the published topic.
+            header: its description of its messages.
+            bus_info: its answer when it is asked for its connections; None: the truth.
             name: of the node.
         """
         self.name = name or f'/odd_{next(_names)}'
@@ -62,7 +62,7 @@ class OddPublisher:
         self.die()
 
     def unregister(self) -> None:
-        """Tell the master that this one ends."""
+        """Unregister from the master."""
         self._master.unregisterPublisher(self._topic, self._address)
 
     def die(self) -> None:
@@ -77,7 +77,7 @@ class OddPublisher:
             thread.join()
 
     def publish(self, number: int) -> None:
-        """Send a message, when somebody has connected."""
+        """Send a message, once there is a subscriber."""
         assert self._connected.wait(20.0), 'nobody connects'
         assert self._connection is not None
         self._connection.sendall(struct.pack('<II', 4, number))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Our nodes as processes, one way through each; what they do is in test/unit/test_nodes_*.py."""
+"""Our nodes as processes, one case of each; test/unit/test_nodes_*.py tests their behavior."""
 from __future__ import annotations
 
 import itertools
@@ -41,11 +41,11 @@ ARM = '''<robot name="arm"><link name="foot"/>
 TIMES_S = np.arange(0.0, 8.0, 0.02)
 TRACK = GhostTrack('arm', 'tool', joint_track(('slide',), TIMES_S, 0.1 * TIMES_S),
                    np.empty((0, 1)))
-"""At each time [s] the tool is at a tenth of it [m]."""
+"""Position of the tool [m] at each time [s]: a tenth of it."""
 
 
 class Topic:
-    """What comes on a topic, in its order."""
+    """The messages of a topic, in order."""
 
     def __init__(self, name: str, message_class: type) -> None:
         self._arrived: 'Queue[Any]' = Queue()
@@ -58,7 +58,7 @@ class Topic:
         self._subscriber.unregister()
 
     def next(self, wanted: Callable[[Any], bool] = lambda _message: True) -> Any:
-        """Wait for a message that is wanted; fail if none comes for long."""
+        """Wait for a wanted message; fail if none arrives in time."""
         while True:
             message = self._arrived.get(timeout=TIMEOUT_S)
             if wanted(message):
@@ -67,7 +67,7 @@ class Topic:
 
 @contextmanager
 def driver(topic: str, message_class: type, *make: Callable[[], Any]) -> Iterator[None]:
-    """Publish messages ten times a second: of each function in turn."""
+    """Publish messages ten times a second: those of each function in turn."""
     publisher = rospy.Publisher(topic, message_class, queue_size=1)
     makers = itertools.cycle(make)
     timer = rospy.Timer(rospy.Duration(0, 100_000_000),
@@ -117,7 +117,7 @@ class OurNodesTest(unittest.TestCase):
             self.assertEqual(frames.next().transforms[1].transform.translation.y, 0.2)
 
     def test_wrong_parameters_end_a_node_with_one_message(self) -> None:
-        """Both at the same time."""
+        """Two nodes start at the same time."""
         cases = [('variable_proc', '_variables:=[{topic: /a, frame: f, scale: long}]',
                   "/bad/variable_proc/variables[0]/scale: a number is expected, not 'long'"),
                  ('cell_frames', '_frames:=[{parent: a, child: a}]',
@@ -162,12 +162,12 @@ class OurNodesTest(unittest.TestCase):
         follow_ghost(LiveReference(()))
 
     def test_a_process_that_hangs_or_is_killed_is_named(self) -> None:
-        """It is watched because it publishes what is shown."""
+        """The process is watched because it publishes what is shown."""
         rospy.wait_for_service('/watched/depth_proc/get_loggers', TIMEOUT_S)
         uri = rosgraph.Master('/our_nodes_test').lookupNode('/watched/depth_proc')
         process = ServerProxy(uri).getPid('/our_nodes_test')[2]
         with Topic('/scene_watch/marker_array', MarkerArray) as markers:
-            for _ in range(5):  # a second apart: until then the process was asked, and has answered
+            for _ in range(5):  # a second apart: meanwhile the process is asked and answers
                 markers.next()
             os.kill(process, signal.SIGSTOP)
             try:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The client of the player when that hangs, has gone, or is a new one."""
+"""The client of a player that hangs, has ended, or was replaced."""
 from __future__ import annotations
 
 import signal
@@ -31,7 +31,7 @@ class PlayerClientTest(unittest.TestCase):
         cls.folder.cleanup()
 
     def client(self, **options: object) -> PlayerClient:
-        """A client that is closed at the end."""
+        """Return a client that is closed at the end."""
         client = PlayerClient(**options)
         self.addCleanup(client.close)
         return client
@@ -70,7 +70,7 @@ class PlayerClientTest(unittest.TestCase):
             with suspended(player.process.pid), \
                     self.assertRaisesRegex(PlayerUnreachable, 'timed out'):
                 client.seek(0.6)
-            self.wait_for(client, position=0.6)  # done too late, and not to come after the next
+            self.wait_for(client, position=0.6)  # done too late; it must not follow the next one
             self.assertEqual(client.seek(0.7), 'at 0.700 s')
 
 

@@ -29,11 +29,11 @@ from recorded_rows import (  # noqa: E402, F401, for those who import this modul
 )
 
 PLAYER = '/bag_player'
-PROGRAM = find_node('process_visualizer', 'bag_player')[0]  # rosrun searches for a second
+PROGRAM = find_node('process_visualizer', 'bag_player')[0]  # rosrun needs a second to find it
 
 
 class Received(NamedTuple):
-    """A message that came: when [s], topic, bytes, connection header."""
+    """A received message: time [s], topic, bytes, connection header."""
 
     time_s: float
     topic: str
@@ -42,7 +42,7 @@ class Received(NamedTuple):
 
 
 class Listener:
-    """Everything that comes on some topics, in the order in which it comes."""
+    """All messages of some topics, in the order of arrival."""
 
     def __init__(self, *topics: str) -> None:
         self.received: List[Received] = []
@@ -59,17 +59,17 @@ class Listener:
             subscriber.unregister()
 
     def of(self, topic: str) -> List[bytes]:
-        """The messages of a topic."""
+        """Return the messages of a topic."""
         with self._changed:
             return [it.data for it in self.received if it.topic == topic]
 
     def clear(self) -> None:
-        """Forget what came."""
+        """Discard the received messages."""
         with self._changed:
             del self.received[:]
 
     def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = 60.0) -> None:
-        """Wait until what has come fulfils a condition."""
+        """Wait until the received messages fulfill a condition."""
         with self._changed:
             assert self._changed.wait_for(condition, timeout_s), \
                 f'{what}: did not come; received: {[it.topic for it in self.received][-20:]}'
@@ -113,7 +113,7 @@ class Player:
         return rospy.ServiceProxy(f'{PLAYER}/{name}', service)(*arguments)
 
     def wait_for_state(self, condition: Callable[[PlayerState], bool], what: str) -> PlayerState:
-        """Wait for a state that fulfils a condition, from now on."""
+        """Wait for a later state that fulfills a condition."""
         with self._changed:
             del self.states[:-1]
             assert self._changed.wait_for(

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The markers by which a frame and a box are dragged, with the real server of markers."""
+"""The markers with which a frame and a box are dragged, with the real server of markers."""
 from __future__ import annotations
 
 import math
@@ -46,7 +46,7 @@ class PoseMarkerTest(unittest.TestCase):
                 client_id='rviz', marker_name='camera_link',
                 event_type=InteractiveMarkerFeedback.POSE_UPDATE, pose=PoseMessage(
                     Point(0.5, 0.0, -1.0), Quaternion(0.0, 0.0, TURNED, TURNED)))
-            # The server takes nothing in the first second of a marker.
+            # The server ignores everything in the first second of a marker.
             wait_until(lambda: bool(dragged), 'dragging', lambda: feedback.publish(message))
             self.assertEqual(dragged[0][0], 'camera_link')
             self.assertEqual(dragged[0][1].xyz, (0.5, 0.0, -1.0))

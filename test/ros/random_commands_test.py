@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Short versions of two benchmarks: commands at random, and the order within every topic."""
+"""Short versions of two benchmarks: random commands, and the order within every topic."""
 from __future__ import annotations
 
 import sys
@@ -48,7 +48,7 @@ class RandomCommandsTest(unittest.TestCase):
                     self.check_order(listener, name, len(bag.times_ns(number)), float(rate))
 
     def check_order(self, listener: Listener, topic: str, count: int, rate: float) -> None:
-        """Every message came, none after one that is later in the direction of play."""
+        """Every message arrives, none after one that is later in the direction of play."""
         listener.wait_for(lambda: len({it.data for it in listener.received if it.topic == topic})
                           == count, f'{topic}: {count} messages')
         fronts = b''.join(data[:64].ljust(64, b'.') for data in listener.of(topic))

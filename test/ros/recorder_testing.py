@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A recorder for a test: its process, its client, its folder, and what its bags hold."""
+"""A recorder for a test: its process, its client, its folder, and the content of its bags."""
 from __future__ import annotations
 
 import itertools
@@ -25,24 +25,24 @@ _names = itertools.count()
 
 
 def new_topic() -> str:
-    """A topic that no other test uses."""
+    """Return a topic that no other test uses."""
     return f'/recorder_test/topic_{next(_names)}'
 
 
 def rostopic_pub(topic: str) -> 'subprocess.Popen[bytes]':
-    """A process that publishes at 50 Hz."""
+    """Run a process that publishes at 50 Hz."""
     return subprocess.Popen(['rostopic', 'pub', '-r', '50', topic, 'std_msgs/UInt32', '1'],
                             stdout=subprocess.DEVNULL)
 
 
 class Subscription(rospy.SubscribeListener):
-    """Knows when somebody has subscribed to a publisher: from then on all arrives."""
+    """Knows when a publisher has a subscriber: from then on all messages arrive."""
 
     def __init__(self) -> None:
         self._begun = threading.Event()
 
     def peer_subscribe(self, topic_name: str, topic_publish: object, peer_publish: object) -> None:
-        """Told by rospy."""
+        """Called by rospy."""
         self._begun.set()
 
     def wait(self) -> None:
@@ -75,7 +75,7 @@ class Stream:
 
 
 class SimulatedTime:
-    """Publishes a time that goes on as the machine's does; use it in a ``with``."""
+    """Publishes a simulated time that runs at the machine's rate; use it in a ``with``."""
 
     begin_ns = 1_600_000_000 * 10 ** 9
 
@@ -141,29 +141,29 @@ class RecorderUnderTest:
         return self.client.start(RecordingOptions(topics=topics, folder=self.folder, **options))
 
     def files(self) -> List[str]:
-        """The names in the folder."""
+        """Return the names in the folder."""
         return sorted(os.listdir(self.folder)) if os.path.isdir(self.folder) else []
 
 
 def wait_for_count(recorder: RecorderUnderTest, topic: str, count: int) -> bool:
-    """Wait until so many messages of a topic have been recorded."""
+    """Wait until this many messages of a topic have been recorded."""
     return recorder.client.wait_for(
         lambda state: any(it.name == topic and it.messages >= count for it in state.topics),
         TIMEOUT_S) is not None
 
 
 def contents(path: str, topic: str) -> List[Tuple[Any, float]]:
-    """The messages of a topic with their times, read by rosbag."""
+    """Return the messages of a topic with their times, read by rosbag."""
     with rosbag.Bag(path) as bag:
         return [(message, time.to_sec()) for _, message, time in bag.read_messages([topic])]
 
 
 def numbers(path: str, topic: str) -> List[int]:
-    """The numbers in a topic of type std_msgs/UInt32."""
+    """Return the numbers in a topic of type std_msgs/UInt32."""
     return [message.data for message, _ in contents(path, topic)]
 
 
 def message_count(path: str, topic: Optional[str] = None) -> int:
-    """How many messages rosbag counts in a bag, of one topic or of all."""
+    """Return the number of messages that rosbag counts in a bag, of one topic or of all."""
     with rosbag.Bag(path) as bag:
         return int(bag.get_message_count(topic))

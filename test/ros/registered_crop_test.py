@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The nodelet RegisteredCrop: equal to depth_image_proc and RoiFilter, and not to be stopped."""
+"""The nodelet RegisteredCrop: equal to depth_image_proc and RoiFilter, and robust."""
 from __future__ import annotations
 
 import unittest
@@ -22,7 +22,7 @@ PARAMETERS = {'frame': '/box', 'center': [0, 0, 1.5], 'size': [1.0, 0.8, 1.0]}
 
 
 class Images(NamedTuple):
-    """What a camera publishes at one time."""
+    """A camera's messages of one time."""
 
     depth: Image
     color: Image
@@ -30,7 +30,7 @@ class Images(NamedTuple):
 
 
 def make_images(depth_encoding: str, color_encoding: str, stamp: rospy.Time) -> Images:
-    """Return depths of 0.5 to 2.5 m with gaps, and any colors."""
+    """Return depths of 0.5 to 2.5 m with gaps, and random colors."""
     generator = np.random.RandomState(3)
     depth_mm = generator.randint(500, 2500, (HEIGHT, WIDTH)).astype('<u2')
     depth_mm[generator.rand(HEIGHT, WIDTH) < 0.1] = 0
@@ -57,7 +57,7 @@ def _image(encoding: str, pixels: np.ndarray) -> Image:
 
 
 class RegisteredCropTest(unittest.TestCase):
-    """Publishes images and looks at what comes out."""
+    """Publishes images and checks the output."""
 
     publishers: List[rospy.Publisher]
 
@@ -78,7 +78,7 @@ class RegisteredCropTest(unittest.TestCase):
             publisher.publish(message)
 
     def wait_for_cloud(self, output: Listener) -> PointCloud2:
-        """Publish good images until a new cloud comes out; return it."""
+        """Publish good images until a new cloud arrives; return it."""
         del output.messages[:]
         wait_until(lambda: bool(output.messages), 'a cloud', self.publish)
         return output.messages[-1]
@@ -114,7 +114,7 @@ class RegisteredCropTest(unittest.TestCase):
         rospy.set_param('/crop/size', [0.4, 0.4, 4])
 
         def publish_beside_a_fast_hand() -> None:
-            """At the time of the images the hand is at x = 0.3 m, before and after far away."""
+            """Publish with the hand at x = 0.3 m at the images' time, else far away."""
             now = rospy.Time.now()
             send_fast_hand(broadcaster, now, 0.3)
             images = make_images('16UC1', 'rgb8', now)
@@ -128,7 +128,7 @@ class RegisteredCropTest(unittest.TestCase):
         with Listener(OUTPUT, PointCloud2) as output:
             wait_until(lambda: sum(it.width > 100 for it in output.messages) >= 5, 'clouds',
                        publish_beside_a_fast_hand)
-        for cloud in output.messages:  # an empty one was taken later than a second afterwards
+        for cloud in output.messages:  # an empty one was taken more than a second later
             x_m = np.frombuffer(cloud.data, '<f4').reshape(-1, 8)[:, 0]
             self.assertTrue((np.abs(x_m - 0.3) < 0.2).all())
 
@@ -161,7 +161,7 @@ class RegisteredCropTest(unittest.TestCase):
 
 
 def _pairs(first: Listener, second: Listener) -> List[Tuple[PointCloud2, PointCloud2]]:
-    """The clouds of both with equal stamps."""
+    """Return the clouds of both with equal stamps."""
     return [(one, other) for one in list(first.messages) for other in list(second.messages)
             if one.header.stamp == other.header.stamp]
 

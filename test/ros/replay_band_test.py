@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The RViz display ReplayBand: its window appears as it is told, marked, with the live camera."""
+"""The RViz display ReplayBand: its window appears when commanded, with band and live camera."""
 from __future__ import annotations
 
 import contextlib
@@ -30,12 +30,12 @@ from process_visualizer.srv import ShowReplay
 RVIZ_STARTS_WITHIN_S = 90.0
 AMBER = (0xf5, 0xa6, 0x23)
 MIN_AMBER_PIXELS = 10000
-"""The band alone has 30000."""
+"""The band alone has 30000 pixels."""
 CURTAIN = (0x20, 0x23, 0x2b)
 MIN_CURTAIN_PIXELS = 100000
-"""It covers the scene, which has four times as many."""
+"""It covers the scene, which has four times as many pixels."""
 MIN_WORDS_PIXELS = 200
-"""Amber ones of the words on the curtain, which have several times as many."""
+"""Amber pixels of the text on the curtain, which has several times as many."""
 KEYS = 'Esc\nSpace'
 SERVICE = '/rviz/show_replay'
 VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
@@ -52,13 +52,13 @@ VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
 
 
 def is_on_screen() -> bool:
-    """Whether RViz's main window is mapped."""
+    """Return whether RViz's main window is mapped."""
     return subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$'], check=False,
                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
 
 
 def window_width() -> int:
-    """The width of RViz's main window, px."""
+    """Return the width of RViz's main window, px."""
     text = subprocess.run(
         ['xdotool', 'search', '--onlyvisible', '--name', 'RViz$', 'getwindowgeometry', '--shell'],
         check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
@@ -67,7 +67,7 @@ def window_width() -> int:
 
 @contextlib.contextmanager
 def held_model(folder: str) -> Iterator[str]:
-    """The path of a model; whoever reads it waits until the end of the block."""
+    """Yield the path of a model; its readers wait until the end of the block."""
     path = f'{folder}/held.stl'
     os.mkfifo(path)
     try:
@@ -79,7 +79,7 @@ def held_model(folder: str) -> Iterator[str]:
 
 
 def playing(ago_s: float) -> PlayerState:
-    """What a player says that plays what was some seconds ago."""
+    """Return the state of a player that plays a moment some seconds ago."""
     now = rospy.Time.now()
     return PlayerState(stamp=now, since=now - rospy.Duration(5), begin=now - rospy.Duration(60),
                        duration=60.0, position=60.0 - ago_s, rate=1.0)
@@ -101,7 +101,7 @@ class ReplayBandTest(unittest.TestCase):
         self.start(stack)
 
     def start(self, stack: contextlib.ExitStack) -> None:
-        """Start RViz, and wait until it can be told something."""
+        """Start RViz, and wait until it accepts commands."""
         with open(f'{self.folder}/replay.rviz', 'w', encoding='utf-8') as file:
             yaml.safe_dump(VIEW, file)
         stack.enter_context(rviz(f'{self.folder}/replay.rviz'))
@@ -127,14 +127,14 @@ class ReplayBandTest(unittest.TestCase):
         return int(values(self.reports.newest()['rviz'])['frames'])
 
     def camera(self) -> Dict[str, Any]:
-        """RViz's camera, as it says itself."""
+        """Return RViz's camera, as it reports it."""
         return dict(yaml.safe_load(self.cameras.messages[-1].data))
 
     def wait_for_camera(self, **properties: Any) -> None:
         self.wait(lambda: properties.items() <= self.camera().items(), f'camera {properties}')
 
     def saved(self) -> Dict[str, Any]:
-        """What RViz writes into a file."""
+        """Return the content of a view file that RViz saves."""
         path = f'{self.folder}/saved.rviz'
         view = RvizView()
         self.addCleanup(view.close)
@@ -163,7 +163,7 @@ class ReplayBandTest(unittest.TestCase):
         self.check_saved()
 
     def check_curtain(self) -> None:
-        """While a model is read for the first picture, words are at its place."""
+        """While a model is loaded for the first picture, a text replaces it."""
         self.wait(lambda: self.pixels(CURTAIN) > MIN_CURTAIN_PIXELS, 'a curtain')
         seen = self.screen()
         rows, columns = np.nonzero((seen == CURTAIN).all(axis=2))
@@ -171,13 +171,13 @@ class ReplayBandTest(unittest.TestCase):
         self.assertGreater((curtain == AMBER).all(axis=2).sum(), MIN_WORDS_PIXELS)
 
     def screen(self) -> np.ndarray:
-        """The colors (height, width, 3) of the screen."""
+        """Return the colors (height, width, 3) of the screen."""
         picture = f'{self.folder}/view.png'
         save_picture(picture)
         return picture_pixels(picture)
 
     def pixels(self, color: Sequence[int]) -> int:
-        """The number of pixels of the screen that have a color."""
+        """Return the number of pixels of the screen that have a color."""
         return int((self.screen() == color).all(axis=2).sum())
 
     def check_drawing(self) -> None:
@@ -192,7 +192,7 @@ class ReplayBandTest(unittest.TestCase):
         self.wait(lambda: window_width() == 1100, 'it is where it was told to be')
 
     def check_mark(self) -> None:
-        """The band says that the player is missing, what is played, and that it is lost."""
+        """The band shows that the player is missing, its position, and that it was lost."""
         self.wait(lambda: self.pixels(AMBER) > MIN_AMBER_PIXELS, 'band and frame')
         for _ in range(5):
             self.player.publish(playing(12.3))
@@ -200,7 +200,7 @@ class ReplayBandTest(unittest.TestCase):
         self.assertGreater(self.pixels(AMBER), MIN_AMBER_PIXELS)
 
     def check_keys(self) -> None:
-        """They are passed on as in the live RViz."""
+        """Keys are forwarded as in the live RViz."""
         with Listener(RVIZ_KEY_TOPIC, String) as presses:
             subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$',
                             'windowfocus', '--sync', 'key', 'space'], check=True)
@@ -216,7 +216,7 @@ class ReplayBandTest(unittest.TestCase):
         self.wait_for_camera(Class='rviz/TopDownOrtho', Scale=64.5)
 
     def check_saved(self) -> None:
-        """A view is saved as ever; displays with a panel are not switched off by hiding it."""
+        """A view is saved as usual; hiding the window does not switch off displays with a panel."""
         manager = self.saved()['Visualization Manager']
         self.assertEqual([it['Class'] for it in manager['Displays'] if it['Enabled']],
                          [it['Class'] for it in VIEW['Visualization Manager']['Displays']])

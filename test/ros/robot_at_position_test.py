@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What robots show of a recording that the real player plays; see test_nodes_robot_at_position."""
+"""Display of robots in a recording with the real player; see test_nodes_robot_at_position."""
 from __future__ import annotations
 
 import math
@@ -31,17 +31,17 @@ NEAR_M_PER_S = 0.004  # the slope is one over 0.2 s, and joints are recorded at 
 
 
 def place(time_s: float) -> Tuple[float, float, float]:
-    """Return where the tool is [m]: it swings."""
+    """Return the tool's position [m]: it swings."""
     return -0.6 + 0.02 * time_s, 0.15 * math.sin(2.0 * time_s), 0.2
 
 
 def axis(time_s: float) -> Tuple[float, float, float]:
-    """Return where a tool on the linear axis is [m]."""
+    """Return the position of a tool on the linear axis [m]."""
     return 0.0, 0.3 * math.sin(1.5 * time_s), 0.0
 
 
 def velocity(way: object, time_s: float) -> np.ndarray:
-    """Return the velocity (3,) [m/s] on a way, seen through a window of 0.2 s."""
+    """Return the velocity (3,) [m/s] along a path, averaged over a window of 0.2 s."""
     times_s = time_s + np.linspace(-0.1, 0.1, 21)
     return np.polyfit(times_s, [way(it) for it in times_s], 1)[0]
 
@@ -69,7 +69,7 @@ class Shown:
         self._listener = Listener(f'/{robot}/tool_velocity', TwistStamped)
 
     def is_near(self, wanted: np.ndarray) -> bool:
-        """Return whether it is the one that is wanted (3,) [m/s]."""
+        """Return whether it is the wanted one (3,) [m/s]."""
         found = self.last()
         return found is not None and np.abs(found - wanted).max() < NEAR_M_PER_S
 
@@ -83,7 +83,7 @@ class Shown:
 
 
 class RobotAtPositionTest(unittest.TestCase):
-    """Moves in a recording of 12 s."""
+    """Seeks, steps and plays in a recording of 12 s."""
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -101,7 +101,7 @@ class RobotAtPositionTest(unittest.TestCase):
         self.player.wait_for_state(lambda it: it.paused, 'the player runs')
 
     def command(self, name: str, service: type, *arguments: object) -> None:
-        """Give a command; the robots show the velocity where playback stands then."""
+        """Give a command; the robots then show the velocity at the position of playback."""
         answer = self.player.call(name, service, *arguments)
         self.assertTrue(answer.success, answer.message)
         now = rospy.Time.now()
@@ -139,7 +139,7 @@ class RobotAtPositionTest(unittest.TestCase):
 
 @contextmanager
 def robot_processor(namespace: str, topic: str) -> Iterator[None]:
-    """A robot processor of its own, running meanwhile."""
+    """Run a separate robot processor."""
     process = subprocess.Popen([find_node('process_visualizer', 'robot_proc')[0],
                                 f'__ns:=/{namespace}', '_base_frame:=n/base',
                                 f'_topics/tool_center_frame/name:={topic}'],

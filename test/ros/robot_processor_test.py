@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot with its real nodes: from joints to tf, the arrow at the tool, the force, complaints.
+"""A robot with its real nodes: joints to tf, the arrow at the tool, the force, complaints.
 
-What the nodes do with their input is tested on a simulated clock (test/unit/test_nodes_robot_*);
-here is what connects them.
+The nodes' handling of input is tested on a simulated clock (test/unit/test_nodes_robot_*);
+this is the test of their connections.
 """
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def array(*values: float) -> Float32MultiArray:
 
 
 def publisher(topic: str, message_class: type = Float32MultiArray) -> rospy.Publisher:
-    """Return a publisher that has its subscriber, one of the nodes."""
+    """Return a publisher that has a subscriber, one of the nodes."""
     result = rospy.Publisher(topic, message_class, queue_size=10)
     wait_until(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
     return result
 
 
 def last_markers(listener: Listener) -> Dict[Tuple[str, int], Marker]:
-    """Return what RViz would know of each marker."""
+    """Return each marker's state in RViz."""
     return {(marker.ns, marker.id): marker
             for message in list(listener.messages) for marker in message.markers}
 
@@ -57,14 +57,14 @@ class RobotProcessorTest(unittest.TestCase):
         tf2_ros.TransformListener(cls.buffer)
 
     def move(self) -> None:
-        """Send the tool at 0.1 m/s along +y of the base, for as long as `wait_until` pauses."""
+        """Send the tool at 0.1 m/s along +y of the base during each pause of `wait_until`."""
         for _ in range(6):
             self.joints.publish(array(np.pi / 2, 0.25))
             self.tool.publish(array(-0.6, 0.1 * time.monotonic() % 50.0, 0.2, np.pi, 0.0, 0.0))
             time.sleep(0.008)
 
     def tool_position(self) -> Optional[List[float]]:
-        """Return where the tool is in tf; None before it is there."""
+        """Return the tool's position in tf; None if it is not there yet."""
         if not self.buffer.can_transform('r/link0', 'r/tool', rospy.Time()):
             return None
         found = self.buffer.lookup_transform('r/link0', 'r/tool', rospy.Time())
@@ -72,7 +72,7 @@ class RobotProcessorTest(unittest.TestCase):
         return [place.x, place.y, place.z]
 
     def wait_for_velocity(self, condition: Callable[[float], bool], what: str) -> None:
-        """Move until the velocity along y fulfils a condition."""
+        """Move until the velocity along y fulfills a condition."""
         with Listener('/r/tool_velocity', TwistStamped) as velocities:
             wait_until(lambda: bool(velocities.messages)
                        and condition(velocities.messages[-1].twist.linear.y), what, self.move)
@@ -123,7 +123,7 @@ class RobotProcessorTest(unittest.TestCase):
                            and 'no data for' in last_markers(arrays)[name, 1].text, name)
 
     def test_complaints_are_logged_and_stand_on_diagnostics_while_they_hold(self) -> None:
-        """Those of robot_proc and joint_proc."""
+        """The complaints are those of robot_proc and joint_proc."""
         problems = {'/r/robot_proc: /r/tcf': '3 values (x y z), 6 (with',
                     '/r/joint_proc: /r/q_act': '2 values are expected'}
 
@@ -156,7 +156,7 @@ class RobotProcessorTest(unittest.TestCase):
                        'the end of the complaint', self.move)
 
     def test_joints_of_other_robots_are_named_only_without_those_of_the_own(self) -> None:
-        """Velocities alone are told neither, as long as positions come."""
+        """Messages with velocities alone cause no complaint as long as positions arrive."""
         joints = publisher('/m/joints', JointState)
 
         def publish(*names: str) -> None:
@@ -221,7 +221,7 @@ class RobotProcessorTest(unittest.TestCase):
 
 
 def told(reports: Listener, name: str, text: str) -> bool:
-    """Return whether this is what was said last of something; a problem of several messages."""
+    """Return whether this is the last report of a name; a problem of several messages."""
     found = [status for report in list(reports.messages) for status in report.status
              if status.name == name][-1:]
     return any(text in status.message and (status.level == DiagnosticStatus.OK or int(

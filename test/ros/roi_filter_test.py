@@ -27,7 +27,7 @@ POINTS = ((-5, 0, 0), (-4.1, 0, 0), (-3.5, 0, 0), (-1, 0, 0))
 
 
 class RoiFilterTest(unittest.TestCase):
-    """Publishes clouds on /cloud and looks at what comes out."""
+    """Publishes clouds on /cloud and checks the output."""
 
     publisher: rospy.Publisher
 
@@ -44,7 +44,7 @@ class RoiFilterTest(unittest.TestCase):
 
     def wait_for(self, output: Listener, expected: List[int], frame_id: str = 'camera'
                  ) -> PointCloud2:
-        """Publish until a cloud with the expected points comes out; return it."""
+        """Publish until a cloud with the expected points arrives; return it."""
         wait_until(lambda: bool(output.messages) and indices(output.messages[-1]) == expected,
                    f'a cloud with the points {expected}', lambda: self.publish(frame_id))
         return output.messages[-1]
@@ -103,7 +103,7 @@ class RoiFilterTest(unittest.TestCase):
         rospy.set_param('/roi_filter/frame', 'hand')
 
         def publish_beside_a_fast_hand() -> None:
-            """When the cloud is taken the hand is at its last point, before and after far away."""
+            """Publish with the hand at its last point at the cloud's time, else far away."""
             cloud = make_cloud(POINTS, 'camera')
             cloud.header.stamp = rospy.Time.now()
             send_fast_hand(broadcaster, cloud.header.stamp, -1.0)
@@ -114,7 +114,7 @@ class RoiFilterTest(unittest.TestCase):
                        'clouds with the last point', publish_beside_a_fast_hand)
         found = [indices(cloud) for cloud in output.messages]
         for points in found[found.index([3]):]:
-            self.assertIn(points, ([3], []))  # nothing: taken later than a second afterwards
+            self.assertIn(points, ([3], []))  # nothing: taken more than a second later
 
     def test_survives_a_missing_transform(self) -> None:
         with Listener('/roi_filter/output', PointCloud2) as output, log_listener() as log:

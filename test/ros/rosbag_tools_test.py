@@ -44,14 +44,14 @@ class Row(NamedTuple):
 
 
 def rows(path: str) -> List[Row]:
-    """What rosbag reads in a bag, sorted, as the order of equal times is nobody's promise."""
+    """Return the messages that rosbag reads, sorted: the order of equal times is undefined."""
     with rosbag.Bag(path) as bag:
         return sorted(Row(topic, message[0], time.to_nsec(), bytes(message[1]))
                       for topic, message, time in bag.read_messages(raw=True))
 
 
 def own_rows(path: str) -> List[Row]:
-    """What this project's reader finds in it."""
+    """Return the messages that this project's reader finds in it."""
     with Recording([path]) as recording:
         index = recording.index
         connections = [index.connections[number] for number in index.connection.tolist()]
@@ -62,12 +62,12 @@ def own_rows(path: str) -> List[Row]:
 
 
 def minute_later_s(before: List[Row]) -> int:
-    """A time [s] about a minute after the last message."""
+    """Return a time [s] about a minute after the last message."""
     return max(row.time_ns for row in before) // 10 ** 9 + 60
 
 
 def run(*command: str) -> str:
-    """Run a tool that has to end well; return what it said."""
+    """Run a tool that must succeed; return its output."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           stdin=subprocess.DEVNULL)
     assert done.returncode == 0, f'{command}: {done.stdout}'
@@ -75,7 +75,7 @@ def run(*command: str) -> str:
 
 
 def record(recorder: RecorderUnderTest, name: str, compression: str, is_killed: bool) -> str:
-    """Record a few chunks of several topics, of which one is latched; return the file."""
+    """Record a few chunks of several topics, one of which is latched; return the file."""
     large = rospy.Publisher(IMAGES, UInt8MultiArray, queue_size=100)
     latched = rospy.Publisher(LATCHED, String, latch=True, queue_size=1)
     latched.publish('always')
@@ -96,7 +96,7 @@ class RosbagToolsTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
-        """Record the bags; their messages before any tool are what two readers agree on."""
+        """Record the bags; two readers agree on their messages before any tool runs."""
         cls.folder = tempfile.mkdtemp(prefix='rosbag_tools_test_')
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.bags: Dict[str, str] = {}
@@ -112,13 +112,13 @@ class RosbagToolsTest(unittest.TestCase):
         cls.before = {kind: own_rows(path) for kind, path in cls.bags.items()}
 
     def each_bag(self) -> Iterator[Tuple[str, List[Row]]]:
-        """Yield for every kind a copy of its bag in a folder of its own, and its messages."""
+        """Yield for each kind a copy of its bag in a folder of its own, and its messages."""
         for kind, path in self.bags.items():
             with tempfile.TemporaryDirectory(dir=self.folder) as folder:
                 yield shutil.copy(path, f'{folder}/{kind}.bag'), self.before[kind]
 
     def assert_same(self, path: str, before: List[Row]) -> None:
-        """The bag is whole for both readers, and holds the same messages."""
+        """Check that the bag is complete for both readers, and has the same messages."""
         self.assertEqual(len(rows(path)), len(before), path)
         self.assertTrue(rows(path) == before, f'{path}: other messages than before')
         self.assertTrue(own_rows(path) == before, f'{path}: other messages than before')
@@ -159,7 +159,7 @@ class RosbagToolsTest(unittest.TestCase):
             self.assert_appended(path, before, 2)
 
     def assert_appended(self, path: str, before: List[Row], count: int) -> None:
-        """So many messages, later than all others, have come."""
+        """Check that this many messages were added, later than all others."""
         new = [row for row in rows(path) if row.time_ns >= minute_later_s(before) * 10 ** 9]
         self.assertEqual(len(new), count)
         self.assert_same(path, sorted([*before, *new]))

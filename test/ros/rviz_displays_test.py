@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every display type of RViz, as it is generated, subscribes, receives messages and draws them."""
+"""Every generated display type of RViz subscribes, receives messages and draws them."""
 from __future__ import annotations
 
 import contextlib
@@ -30,10 +30,10 @@ from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 WITHIN_S = 120.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
 MIN_PIXELS = 5
-"""The arrows of Debian 13's RViz have 8 to 10."""
+"""The arrows of Debian 13's RViz have 8 to 10 pixels."""
 UNDRAWN_BEFORE_1_14_5 = ('AccelStamped', 'TwistStamped', 'WrenchStamped')
-"""RViz 1.14.4 of Debian 11 receives them, says that all is well, and draws nothing."""
-SAYS = {  # the status by which a display tells that it has received something
+"""RViz 1.14.4 of Debian 11 receives them, reports no error, and draws nothing."""
+SAYS = {  # the status by which a display reports a received message
     'RobotModel': ('robotmodel', 'Ok: '), 'TF': ('tf', 'Ok: Transform OK'),
     'Map': ('Message', 'Ok: Map received'), 'Camera': ('Image', r'Ok: [1-9]\d* images received'),
     'Image': ('Image', r'Ok: [1-9]\d* images received'),
@@ -46,7 +46,7 @@ Report = Dict[str, DiagnosticStatus]
 
 @contextlib.contextmanager
 def rviz(view: str) -> Iterator[None]:
-    """RViz on a screen of its own, which this process can take pictures of."""
+    """RViz on a screen of its own, of which this process can take pictures."""
     with virtual_screen() as screen:
         os.environ['DISPLAY'] = screen
         environment = {**os.environ, **SOFTWARE_GRAPHICS, 'DISABLE_ROS1_EOL_WARNINGS': '1'}
@@ -65,31 +65,31 @@ def values(status: DiagnosticStatus) -> Dict[str, str]:
 
 
 def says_received(name: str, report: Report) -> bool:
-    """Return whether the display's status says that it has received something."""
+    """Return whether the display's status reports a received message."""
     entry, pattern = SAYS.get(name, ('enabled', 'true'))
     return re.match(pattern, values(report[name]).get(entry, '')) is not None
 
 
 class Reports:
-    """What RViz reports of its displays."""
+    """RViz's reports of its displays."""
 
     def __init__(self, listener: Listener) -> None:
         self._listener = listener
 
     def newest(self) -> Report:
-        """The newest report by display; {} before the first."""
+        """Return the newest report by display; {} before the first."""
         messages: List[DiagnosticArray] = self._listener.messages
         return {status.name: status for status in messages[-1].status} if messages else {}
 
     def wait(self, condition: Callable[[Report], bool]) -> Report:
-        """The first report for which the condition holds, or the last one before time is up."""
+        """Return the first report that fulfills the condition, or the last one in time."""
         with Listener.heard:
             Listener.heard.wait_for(lambda: bool(self.newest()) and condition(self.newest()),
                                     WITHIN_S)
         return self.newest()
 
     def stand_still(self) -> bool:
-        """Whether nothing is drawn from the next report to the third one after it."""
+        """Return whether nothing is drawn from the next report to the third one after it."""
         begin, messages = len(self._listener.messages), self._listener.messages
         with Listener.heard:
             Listener.heard.wait_for(lambda: len(messages) >= begin + 4, WITHIN_S)
@@ -104,7 +104,7 @@ class Reports:
 
 
 class RvizDisplaysTest(unittest.TestCase):
-    """One RViz with all displays, before and after something is published for them."""
+    """One RViz with all displays, before and after messages are published for them."""
 
     silent: Report
     shown: Report
@@ -148,7 +148,7 @@ class RvizDisplaysTest(unittest.TestCase):
     def test_says_that_nothing_was_received(self) -> None:
         for name in WITH_TOPIC:
             with self.subTest(name):
-                if name == 'InteractiveMarkers':  # RViz waits for a server without a word
+                if name == 'InteractiveMarkers':  # RViz waits silently for a server
                     continue
                 self.assertEqual(self.silent[name].level, DiagnosticStatus.WARN, self.silent[name])
                 self.assertRegex(self.silent[name].message, '(?i): no .+ received')
@@ -185,7 +185,7 @@ class RvizDisplaysTest(unittest.TestCase):
 
 
 def received_messages() -> Dict[str, int]:
-    """The number of messages that RViz has received by topic, as its node says."""
+    """Return the number of messages that RViz has received by topic, as its node reports it."""
     uri = rosgraph.Master('/rviz_displays_test').lookupNode('/rviz')
     subscriptions = ServerProxy(uri).getBusStats('/rviz_displays_test')[1]
     return {name: sum(link[2] for link in links) for name, links in subscriptions}

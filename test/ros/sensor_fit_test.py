@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The node sensor_fit finds the sewing cell's Kinect, and refuses what it cannot know."""
+"""The node sensor_fit fits the sewing cell's Kinect, and refuses impossible requests."""
 from __future__ import annotations
 
 import math
@@ -33,7 +33,7 @@ TIMEOUT_S = 30.0
 
 
 class SensorFitTest(unittest.TestCase):
-    """With a cell that stands still, its frames and its cloud as of a running one."""
+    """Has a cell that stands still, with frames and cloud as of a running one."""
 
     stage: ClassVar[StillCell]
 
@@ -47,7 +47,7 @@ class SensorFitTest(unittest.TestCase):
         self.stage.move_sensor(self.stage.truth)
 
     def lost(self) -> Device:
-        """A device with a model of which it is not known where it is."""
+        """Return a device with a model of unknown pose."""
         rospy.set_param('/simulator/robot_description',
                         '<robot name="a"><link name="lost"><visual><geometry><box size="1 1 1"/>'
                         '</geometry></visual></link></robot>')

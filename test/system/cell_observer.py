@@ -38,7 +38,7 @@ TIMEOUT_S = 120.0
 
 
 def watched(seconds: float) -> Dict[str, object]:
-    """Return the number of clouds, and of each object its places and sizes when it was seen."""
+    """Return the number of clouds, and each object's positions and sizes while it was visible."""
     arrays: List[DetectedObjects] = []
     is_over = threading.Event()
 
@@ -60,17 +60,17 @@ def watched(seconds: float) -> Dict[str, object]:
 
 
 def all_in(array: DetectedObjects) -> List[Dict[str, object]]:
-    """Return all objects of a cloud, those that are hidden as well."""
+    """Return all objects of a cloud, including hidden ones."""
     return [{'number': it.number,
              'place': [it.pose.position.x, it.pose.position.y, it.pose.position.z],
              'size': [it.size.x, it.size.y, it.size.z]} for it in array.objects]
 
 
 class Played:
-    """What is found in the recording that the player plays."""
+    """The objects in the recording that the player plays."""
 
     def __init__(self) -> None:
-        """Wait for the player, and follow what is found."""
+        """Wait for the player, and subscribe to the objects."""
         self._arrays: List[DetectedObjects] = []
         self._changed = threading.Condition()
         self._player = PlayerClient()
@@ -79,7 +79,7 @@ class Played:
         rospy.Subscriber(OBJECTS, DetectedObjects, self._take)
 
     def at(self, position_s: float) -> List[Dict[str, object]]:
-        """Return what is found first at a position; the robots move until it jumps there."""
+        """Return the first objects at a position; the robots move until it jumps there."""
         self._player.set_rate(1.0)
         self._player.play()
         assert self._player.wait_for(lambda it: not it.paused, TIMEOUT_S)
@@ -90,7 +90,7 @@ class Played:
         return all_in(self._wait_for_cloud(begin))
 
     def backwards(self) -> List[List[Dict[str, object]]]:
-        """Play all of it backwards; return what is found in each cloud."""
+        """Play all of it backwards; return the objects in each cloud."""
         state = self._player.state
         assert state is not None
         self._player.seek(state.duration - 0.1)
@@ -102,7 +102,7 @@ class Played:
             return [all_in(it) for it in self._since(begin)]
 
     def _wait_for_cloud(self, begin: rospy.Time) -> DetectedObjects:
-        """Return what is in the first cloud of a time or later."""
+        """Return the objects in the first cloud of a time or later."""
         with self._changed:
             assert self._changed.wait_for(lambda: bool(self._since(begin)), TIMEOUT_S)
             return self._since(begin)[0]
@@ -117,13 +117,13 @@ class Played:
 
 
 def played(positions_s: List[float]) -> Dict[str, object]:
-    """Return what is found at positions, and backwards."""
+    """Return the objects at positions, and backwards."""
     recording = Played()
     return {'at': [recording.at(it) for it in positions_s], 'backwards': recording.backwards()}
 
 
 def move(device: Device, pose: Pose) -> None:
-    """Say where a device is."""
+    """Publish the pose of a device."""
     assert device.base is not None
     answer = rospy.ServiceProxy('/cell_frames/set_frame', SetFrame)(
         '', device.base.frame, pose.xyz, pose.ypr)
@@ -131,7 +131,7 @@ def move(device: Device, pose: Pose) -> None:
 
 
 def wait_until_it_sews() -> None:
-    """Wait for a moment at which it begins: then no finished covers hide the machine's table."""
+    """Wait until it begins to sew: then no finished covers occlude the machine's table."""
     sews = True
     while sews:
         sews = rospy.wait_for_message('/feed_rate_est', Float32, TIMEOUT_S).data > SEWS_M_PER_S
@@ -140,7 +140,7 @@ def wait_until_it_sews() -> None:
 
 
 def fitted(config: str) -> Dict[str, object]:
-    """Return what is left of the displacement after Fit."""
+    """Return the remaining displacement after Fit."""
     cell = XmlParser().parse(config)
     kinect = cell.device('kinect')
     assert kinect.base is not None
@@ -160,7 +160,7 @@ def fitted(config: str) -> Dict[str, object]:
 
 
 def main() -> None:
-    """Do what the command line says."""
+    """Execute the command line."""
     rospy.init_node('cell_observer', anonymous=True)
     what, argument = sys.argv[1:3]
     if what == 'played':

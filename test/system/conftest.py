@@ -29,7 +29,7 @@ def ros_environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Dict[s
 
 @pytest.fixture(scope='module')
 def mark(ros_environment: Dict[str, str]) -> str:
-    """What the environment of every process of these tests has."""
+    """The environment variables of every process of these tests."""
     return f'{MARK}={ros_environment[MARK]}'
 
 
@@ -67,7 +67,7 @@ def simulated_config() -> str:
 
 @pytest.fixture
 def write_config(tmp_path: Path) -> 'object':
-    """Writes a configuration with the given devices; returns its path."""
+    """Write a configuration with the given devices; return its path."""
     def write(devices: str) -> str:
         path = tmp_path / 'cell.xml'
         path.write_text(f'<visualizer>{devices}</visualizer>')
@@ -77,7 +77,7 @@ def write_config(tmp_path: Path) -> 'object':
 
 @pytest.fixture
 def run_cell(ros_environment: Dict[str, str]) -> Iterator['object']:
-    """Starts ``cell run`` with the given arguments; ends it after the test."""
+    """Start ``cell run`` with the given arguments; end it after the test."""
     runs = []
 
     def start(*arguments: str) -> CellRun:

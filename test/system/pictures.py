@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def different_pixels(first: Path, second: Path, area: str) -> int:
-    """How many pixels of an area, such as 1200x800+200+80, differ visibly."""
+    """Return the number of pixels of an area, such as 1200x800+200+80, that differ visibly."""
     compared = subprocess.run(
         ['compare', '-metric', 'AE', '-fuzz', '8%', f'{first}[{area}]', f'{second}[{area}]',
          'null:'], stderr=subprocess.PIPE, text=True, check=False)

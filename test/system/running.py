@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the command ``cell`` as a user would, and looks at what it leaves behind."""
+"""Runs the command ``cell`` as a user would, and checks what it leaves behind."""
 from __future__ import annotations
 
 import signal
@@ -11,7 +11,7 @@ from roslib.packages import find_node
 from surroundings import PATIENCE_S, hear_hangup
 
 CELL = find_node('process_visualizer', 'cell')[0]
-"""The command `cell`; rosrun would search for it for a second each time."""
+"""The command `cell`; rosrun would need a second to find it each time."""
 
 
 class CellRun:
@@ -30,12 +30,12 @@ class CellRun:
 
     @property
     def text(self) -> str:
-        """Everything it has written."""
+        """Return its whole output."""
         with self._changed:
             return ''.join(self._lines)
 
     def wait_for_line(self, part: str, timeout_s: float = PATIENCE_S) -> str:
-        """Wait for a line that contains the part; returns it, or fails with all lines."""
+        """Wait for a line that contains the part; return it, or fail with all lines."""
         def found() -> Optional[str]:
             return next((line for line in self._lines if part in line), None)
 
@@ -45,12 +45,12 @@ class CellRun:
             return str(line)
 
     def signal_and_wait(self, number: int, timeout_s: float = PATIENCE_S) -> int:
-        """Send a signal and wait for the end; returns the exit code."""
+        """Send a signal and wait for the end; return the exit code."""
         self.process.send_signal(number)
         return self.wait(timeout_s)
 
     def wait(self, timeout_s: float = PATIENCE_S) -> int:
-        """Wait for the end; returns the exit code."""
+        """Wait for the end; return the exit code."""
         code = self.process.wait(timeout_s)
         self._reader.join(timeout_s)
         return code

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stands between programs and an X server, which hears late what they say on some connections."""
+"""A proxy of an X server, which delays the data of some connections."""
 from __future__ import annotations
 
 import array
@@ -13,7 +13,7 @@ from typing import Callable, List, Tuple
 
 _SOCKET = '/tmp/.X11-unix/X{}'
 _FIRST_NUMBER = 500
-"""Of displays; X servers that look for a free one begin at 0."""
+"""Number of the display; X servers that search for a free one begin at 0."""
 _MAX_BYTES = 1 << 20
 _FILES_SPACE = socket.CMSG_SPACE(16 * array.array('i').itemsize)
 
@@ -21,8 +21,8 @@ _FILES_SPACE = socket.CMSG_SPACE(16 * array.array('i').itemsize)
 class SlowXConnection:
     """Another display of the X server of a display.
 
-    ``delay_s`` says for how long the server does not hear what a connection says, from the number
-    of the connection, which is 0 for the first one.
+    ``delay_s`` returns the delay after which the server receives data of a connection, from the
+    connection's number, which is 0 for the first one.
     """
 
     def __init__(self, display: str, delay_s: Callable[[int], float]) -> None:
@@ -35,7 +35,7 @@ class SlowXConnection:
 
     @property
     def connections(self) -> int:
-        """How many there have been."""
+        """Return the number of connections so far."""
         return len(self._sockets) // 2
 
     def close(self) -> None:
@@ -58,7 +58,7 @@ class SlowXConnection:
 
 
 def _listener() -> Tuple[socket.socket, int]:
-    """A socket that listens as a display, and the number of the display."""
+    """Return a socket that listens as a display, and the number of the display."""
     listener = socket.socket(socket.AF_UNIX)
     for number in itertools.count(_FIRST_NUMBER):
         try:
@@ -71,7 +71,7 @@ def _listener() -> Tuple[socket.socket, int]:
 
 
 def _forward(source: socket.socket, drain: socket.socket, delay_s: float) -> None:
-    """Pass on what one side says, and the files that come with it: shared memory."""
+    """Forward the data of one side, and files sent with it: shared memory."""
     try:
         while True:
             data, notes, _flags, _address = source.recvmsg(_MAX_BYTES, _FILES_SPACE)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell new`` beside drivers that run: what it writes passes ``cell check``, and runs."""
+"""``cell new`` beside running drivers: its configuration passes ``cell check``, and runs."""
 from __future__ import annotations
 
 import re
@@ -25,7 +25,7 @@ DESCRIPTION = '''<robot name="lower"><link name="low/base" /><link name="low/too
 
 @pytest.fixture
 def drivers(master: RosMaster, ros_environment: Dict[str, str]) -> Iterator[None]:
-    """The simulated drivers, tf for one robot's base, and a description of something else."""
+    """Run the simulated drivers, tf for one robot's base, and a description of something else."""
     commands = (
         ['sewing_cell', 'simulator', '_image_rate:=2', '_joint_rate:=20', '_force_rate:=20'],
         ['tf2_ros', 'static_transform_publisher', *'0 1 0.5 0 0 0 table ur_rt_upper/link0'.split()])
@@ -71,13 +71,13 @@ _LEFT_OUT = re.compile('<!-- left out, as it was in a recording: <node .*? -->')
 
 
 def is_the_cell_that_runs(environment: Dict[str, str], config: str, path: Path) -> None:
-    """While a cell runs its configuration is written, not its models beside the drivers'."""
+    """While a cell runs, its configuration is written, without its models beside the drivers'."""
     made = run_command(environment, CELL, 'new', '-o', str(path))
     assert '2 robots, 1 depth sensor, 2 other devices' in made.stdout
     text = path.read_text(encoding='utf-8')
     assert 'from the cell running at' in text
     devices = Path(config).read_text(encoding='utf-8').partition('<visualizer')[2]
-    own = _NODE.search(devices)  # of the configuration; from a cell that runs it is data
+    own = _NODE.search(devices)  # of the configuration; those of a running cell are data
     assert own is not None and 'its package nodelet is not trusted' in ' '.join(text.split())
     assert _LEFT_OUT.sub('', text.partition('<visualizer')[2]) == devices.replace(own[0], '')
 

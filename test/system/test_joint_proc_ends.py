@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""joint_proc takes leave of the master without computing: it has real-time priority."""
+"""joint_proc unregisters from the master without computing: it has real-time priority."""
 from __future__ import annotations
 
 import signal
@@ -21,7 +21,7 @@ NODE = '/arm/joint_proc'
 
 
 class BusyMaster(ThreadingMixIn, SimpleXMLRPCServer):
-    """Passes everything on to the master, but does not answer who takes leave of it until told."""
+    """Forwards calls to the master, but delays answers to unregistration until released."""
 
     daemon_threads = True
 
@@ -45,7 +45,7 @@ class BusyMaster(ThreadingMixIn, SimpleXMLRPCServer):
 
 @pytest.fixture
 def busy(master: RosMaster) -> Iterator[BusyMaster]:
-    """A master that is busy, while the test takes place."""
+    """A master that is busy during the test."""
     server = BusyMaster(master.uri)
     thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.05})
     thread.start()
@@ -57,7 +57,7 @@ def busy(master: RosMaster) -> Iterator[BusyMaster]:
 
 
 def sleeps(pid: int) -> bool:
-    """Whether all threads of a process wait for something; proc(5)."""
+    """Return whether all threads of a process wait for something; proc(5)."""
     states = {path.read_text().rpartition(')')[2].split()[0]
               for path in Path(f'/proc/{pid}/task').glob('*/stat')}
     return states == {'S'}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated cell in parts, with real nodes: start, restart, change, deaths, and the end."""
+"""The simulated cell in parts, with real nodes: start, restart, change, deaths, and end."""
 from __future__ import annotations
 
 import os
@@ -30,7 +30,7 @@ FRAMES = '<rosparam>frames: []</rosparam>'
 
 
 class Observed:
-    """A launched cell with all that it has reported."""
+    """A launched cell with all its reports."""
 
     def __init__(self, folder: Path) -> None:
         self.reports: Dict[str, PartReport] = {}
@@ -59,7 +59,7 @@ class Observed:
 
 @pytest.fixture
 def observed(master: RosMaster, tmp_path: Path) -> Iterator[Observed]:
-    """A cell, stopped in the end."""
+    """A cell that is stopped in the end."""
     made = Observed(tmp_path / 'plan')
     yield made
     made.cell.stop()
@@ -77,7 +77,7 @@ def make_plan(config: str, devices: 'List[str] | None' = None,
 
 
 def node_addresses() -> Dict[str, str]:
-    """The addresses of the nodes by name: a node that was restarted has another."""
+    """Return the addresses of the nodes by name: a restarted node has another one."""
     master = rosgraph.Master('/test')
     state = master.getSystemState()
     names = {name for topics in state for _, nodes in topics for name in nodes}
@@ -85,7 +85,7 @@ def node_addresses() -> Dict[str, str]:
 
 
 def pid_of(node: str) -> int:
-    """The process id of a node."""
+    """Return the process id of a node."""
     answer = ServerProxy(rosgraph.Master('/test').lookupNode(node)).getPid('/test')
     assert isinstance(answer, list)
     return int(str(answer[2]))
@@ -158,7 +158,7 @@ def test_killed_node_with_the_end_of_its_log(observed: Observed, write_config: o
 
 
 def test_part_that_roslaunch_cannot_load(observed: Observed, write_config: object) -> None:
-    """The others start all the same."""
+    """The others start nevertheless."""
     observed.cell.start(make_plan(write_config(  # type: ignore[operator]
         OTHER.format('box', '<param name="p" command="false"/>') + OTHER.format('can', ''))))
     report = observed.wait_for('box', lambda it: it.state is PartState.FAILED)

@@ -47,7 +47,7 @@ print(rosgraph.Master('/look').lookupNode('/oven/variable_proc'))
 
 @pytest.fixture(scope='module')
 def networks() -> Iterator[TwoNetworks]:
-    """Two namespaces, or why there are none."""
+    """Two namespaces; skip if there are none."""
     reason = problem() or no_ssh_server()
     if reason:
         pytest.skip(reason)
@@ -58,7 +58,7 @@ def networks() -> Iterator[TwoNetworks]:
 
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
-    """A home folder with a key that is let in, and a known host."""
+    """A home folder with an accepted key, and a known host."""
     return home_with_key(tmp_path / 'home', FAR_ADDRESS, PORT)
 
 
@@ -132,7 +132,7 @@ def test_a_machine_whose_link_is_cut_does_not_keep_the_cell_from_ending(
         networks.is_cut = False
         cell.end()
         print(cell.text)
-        for name in ('roslaunch', 'variable_proc'):  # what goes on there, as it was told
+        for name in ('roslaunch', 'variable_proc'):  # still running there, as reported
             for pid in processes_of(networks, networks.viewer, name):
                 os.kill(int(pid), signal.SIGKILL)
 

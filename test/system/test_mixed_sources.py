@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell run`` beside real drivers and players of recordings: refused, or told while it runs."""
+"""``cell run`` beside real drivers and players of bags: refused, or reported while it runs."""
 from __future__ import annotations
 
 import signal
@@ -42,9 +42,9 @@ def bag(tmp_path: Path) -> str:
 
 @pytest.fixture
 def start(master: RosMaster, ros_environment: Dict[str, str]) -> Iterator[Any]:
-    """Starts programs that are ended after the test; returns when they publish.
+    """Return a function that starts programs, which are ended after the test.
 
-    And when they offer a service whose name ends with ``service``.
+    It returns when they publish, and offer a service whose name ends with ``service``.
     """
     processes = []
 

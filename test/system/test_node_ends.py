@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A node ends after SIGINT, whatever hangs in rospy."""
+"""A node ends after SIGINT, even if something in rospy hangs."""
 from __future__ import annotations
 
 import signal
@@ -36,7 +36,7 @@ TROUBLES = {
     'log': 'rospy.core.add_preshutdown_hook('
            'lambda _: in_thread(logging.StreamHandler().acquire, hang))',
     'output': 'rospy.core.add_preshutdown_hook(lambda _: print("x" * 1_000_000))'}
-"""What hangs; nobody reads the output."""
+"""Code that makes a part of rospy hang; nothing reads the output."""
 
 
 @pytest.mark.parametrize('trouble', TROUBLES.values(), ids=TROUBLES)

@@ -35,7 +35,7 @@ def bag(ros_environment: Dict[str, str], simulated_config: str,
 
 
 def call(environment: Dict[str, str], service: str, *request: str) -> str:
-    """The answer of a service, as text."""
+    """Return the answer of a service, as text."""
     return run_command(environment, 'rosservice', 'call', '--wait', service, *request).stdout
 
 
@@ -62,18 +62,18 @@ def test_the_cell_moves_as_recorded(bag, ros_environment, simulated_config, run_
     assert '/simulator' not in nodes
     shown = [joints_at(ros_environment, position_s) for position_s in (0.5, 2.5, 4.5)]
     assert all(joints.count(',') == 5 for joints in shown)
-    assert len(set(shown)) > 1, shown  # at two of them, the robot may rest in the same place
+    assert len(set(shown)) > 1, shown  # the robot may rest in the same pose at two of them
     assert joints_at(ros_environment, 0.5) == shown[0]
     assert run.signal_and_wait(signal.SIGINT) == 0
 
 
 def joints_at(environment: Dict[str, str], position_s: float) -> str:
-    """The joints that the cell shows after a seek while paused."""
+    """Return the joints that the cell shows after a seek while paused."""
     call(environment, '/bag_player/pause')
     with subprocess.Popen(['timeout', '40', 'rostopic', 'echo', '-n', '1',
                            '/ur_rt_upper/joint_states/position'], env=environment,
                           stdout=subprocess.PIPE, text=True) as echo:
-        while echo.poll() is None:  # until it has subscribed, the answer is not for it
+        while echo.poll() is None:  # until it has subscribed, it does not receive the answer
             assert 'success: True' in call(environment, '/bag_player/seek', str(position_s))
         assert echo.stdout is not None
         return echo.stdout.read()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What RViz shows while playback is paused: the same time is the same picture."""
+"""RViz's picture while playback is paused: the same time gives the same picture."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -46,7 +46,7 @@ def bag(ros_environment: Dict[str, str], simulated_config: str,
 
 
 def complete_span_s(bag: str) -> Tuple[float, float]:
-    """From when to when [s from the beginning] something of every topic is known.
+    """Return the time span [s from the beginning] in which every topic has data.
 
     A recorder on a busy machine gets some topics later than others.
     """
@@ -60,7 +60,7 @@ def complete_span_s(bag: str) -> Tuple[float, float]:
 
 
 def picture_at(environment: Dict[str, str], position_s: float, path: Path) -> Path:
-    """Seek while paused, and take a picture once nothing changes in it any more."""
+    """Seek while paused, and take a picture once it no longer changes."""
     called(environment, 'seek', str(position_s))
     before = path.with_suffix('.before.png')
     take_picture(environment, path)
@@ -104,7 +104,7 @@ def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulat
 
 
 def test_a_robot_that_sends_joints_only_has_a_picture(ros_environment, screen, run_cell, tmp_path):
-    """Its tool and thus its arrows never come, and the picture does not wait for them."""
+    """Its tool and thus its arrows never appear, and the picture does not wait for them."""
     (tmp_path / 'door.urdf').write_text(DOOR)
     config = tmp_path / 'cell.xml'
     config.write_text('<visualizer><device type="robot" name="door"><model path="door.urdf"/>'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`cell record`, and what happens to a recording when the master or the launcher is killed."""
+"""`cell record`, and the fate of a recording when the master or the launcher is killed."""
 from __future__ import annotations
 
 import os
@@ -35,7 +35,7 @@ def with_free_port(environment: Dict[str, str]) -> Dict[str, str]:
 
 @contextmanager
 def running(environment: Dict[str, str], *command: str) -> Iterator['subprocess.Popen[bytes]']:
-    """Run a program meanwhile, and kill it in the end."""
+    """Run a program, and kill it in the end."""
     with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL) as process:
         try:
             yield process
@@ -45,7 +45,7 @@ def running(environment: Dict[str, str], *command: str) -> Iterator['subprocess.
 
 @contextmanager
 def surrounded(environment: Dict[str, str]) -> Iterator[Surroundings]:
-    """Run a master and a driver meanwhile."""
+    """Run a master and a driver."""
     port = environment['ROS_MASTER_URI'].split(':')[-1]
     with running(environment, 'rosmaster', '--core', '-p', port) as master:
         _wait_for(environment, 'rosparam', 'list')
@@ -65,14 +65,14 @@ def _wait_for(environment: Dict[str, str], *command: str) -> None:
 
 @pytest.fixture(scope='module')
 def shared(ros_environment: Dict[str, str]) -> Iterator[Surroundings]:
-    """What no test may end."""
+    """The surroundings that no test may end."""
     with surrounded(with_free_port(ros_environment)) as surroundings:
         yield surroundings
 
 
 @pytest.fixture
 def mortal(ros_environment: Dict[str, str]) -> Iterator[Surroundings]:
-    """What a test may end."""
+    """The surroundings that a test may end."""
     with surrounded(with_free_port(ros_environment)) as surroundings:
         yield surroundings
 
@@ -85,7 +85,7 @@ def own_environment(shared: Surroundings) -> Dict[str, str]:
 
 @pytest.fixture
 def start_recording(write_config: 'object', tmp_path: Path) -> Iterator['object']:
-    """Starts `cell record` into tmp_path/bags."""
+    """Return a function that starts `cell record` into tmp_path/bags."""
     runs = []
 
     def start(environment: Dict[str, str], *options: str) -> CellRun:
@@ -110,7 +110,7 @@ def _count(path: Path) -> int:
 
 
 def _wait_until_written(path: Path, size: int = 20_000) -> None:
-    """Wait until the recorder has written so many bytes."""
+    """Wait until the recorder has written this many bytes."""
     subprocess.run(['timeout', '120', 'sh', '-c',
                     f'until [ "$(stat -c %s "$0")" -gt {size} ]; do sleep 0.1; done', str(path)],
                    check=True)
@@ -156,7 +156,7 @@ def test_the_master_dies_while_recording(start_recording, mortal, tmp_path: Path
     mortal.master.kill()
     run.wait_for_line('the ROS master has stopped answering')
     active = tmp_path / 'bags' / 'seam.bag.active'
-    _wait_until_written(active, active.stat().st_size + 10_000)  # what is connected goes on
+    _wait_until_written(active, active.stat().st_size + 10_000)  # existing connections continue
     assert run.signal_and_wait(signal.SIGINT) == 0, run.text
     assert 'verdict: complete' in run.text
     assert _count(tmp_path / 'bags' / 'seam.bag') > 100
@@ -222,7 +222,7 @@ def test_the_recorder_is_killed_while_recording(start_recording, mortal, tmp_pat
 
 @pytest.fixture
 def record_without(own_environment: Dict[str, str]) -> Iterator['object']:
-    """Starts `cell record` without a configuration."""
+    """Return a function that starts `cell record` without a configuration."""
     runs = []
 
     def start(*options: str) -> CellRun:

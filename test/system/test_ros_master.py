@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master of the launcher, real: started, used, ended, and cleaned up after a crash."""
+"""The real ROS master of the launcher: started, used, ended, and cleaned up after a crash."""
 from __future__ import annotations
 
 import os
@@ -28,7 +28,7 @@ def master() -> Iterator[RosMaster]:
 
 
 def owned(mark: str) -> List[str]:
-    """The programs of a master that run."""
+    """Return the running programs of a master."""
     return [line for line in marked_processes(mark) if 'rosmaster' in line or '--core' in line
             or 'rosout' in line]
 
@@ -64,7 +64,7 @@ def test_own_master_that_was_killed_is_replaced(master: RosMaster, mark: str) ->
 
 
 def test_port_that_is_taken_meanwhile(master: RosMaster, mark: str) -> None:
-    """Somebody listens who has not accepted anything yet: that is no free port."""
+    """A process that listens, but has accepted no connection yet, occupies the port."""
     port = int(master.uri.rpartition(':')[2])
     with socket.create_server(('', port)), pytest.raises(RosMasterError, match='other than'):
         master.ensure()
@@ -84,7 +84,7 @@ def test_master_ends_with_the_program(mark: str) -> None:
 
 
 def test_next_start_cleans_up_after_a_crash(mark: str, tmp_path: Path) -> None:
-    """Without the kernel's help, as where setpriv is missing, or when roslaunch is killed, too."""
+    """The kernel does not help, as without setpriv, or when roslaunch is killed too."""
     script = ('import os, signal, sys\n'
               'from process_visualizer.launching.ros_master import RosMaster\n'
               'master = RosMaster()\n'

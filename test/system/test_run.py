@@ -62,7 +62,7 @@ def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_enviro
 
 
 def test_a_second_cell_is_refused_beside_the_first(run_cell, write_config):
-    """ROS would end the first one's nodes, and what its recorder has would be lost."""
+    """ROS would end the first one's nodes, and its recorder's messages would be lost."""
     config = write_config('<device type="other" name="box"><base frame="box"/></device>')
     first = run_cell(config, '--no-rviz')
     first.wait_for_line('/scene_watch: running')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz starts on a computer so busy that the X server hears late of its windows."""
+"""RViz starts on a computer so busy that the X server reacts late to its windows."""
 from __future__ import annotations
 
 import subprocess
@@ -19,12 +19,12 @@ LATE_S = 0.1
 @pytest.mark.parametrize('slow', [1, 2])
 def test_rviz_starts_if_one_of_its_connections_is_slow(
         slow: int, master: RosMaster, screen: str, ros_environment: Dict[str, str]) -> None:
-    """On connection 2 OGRE makes its windows: the RViz of the package rviz ends."""
+    """On connection 2 OGRE creates its windows: the RViz of the package rviz would end."""
     connections = SlowXConnection(screen, lambda it: LATE_S if it == slow else 0.0)
     command = ['rosrun', 'process_visualizer', 'rviz', '-d', str(VIEW), '__name:=rviz']
     rviz = subprocess.Popen(command, env={**ros_environment, 'DISPLAY': connections.display})
     try:
-        # Of the display that tells of the others, which does so after the first frame.
+        # Published by the display that reports the others, after the first frame.
         subprocess.run(['rostopic', 'echo', '-n', '2', '/rviz/display_status'], check=True,
                        env=ros_environment, stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
         assert rviz.poll() is None

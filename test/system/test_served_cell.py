@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell serve`` beside the simulated cell: what a viewer is sent, and what becomes of the cell."""
+"""``cell serve`` beside the simulated cell: its data for a viewer, and its effect on the cell."""
 from __future__ import annotations
 
 import asyncio
@@ -22,7 +22,7 @@ from process_visualizer.launching.ros_master import RosMaster
 
 
 class Seen:
-    """What a viewer has been sent."""
+    """The data that a viewer has received."""
 
     def __init__(self) -> None:
         self.layout: Dict[str, Any] = {}
@@ -38,7 +38,7 @@ class Seen:
 
 
 def watched(url: str, is_enough: Callable[[Seen], bool]) -> Seen:
-    """Be a viewer until enough has been sent."""
+    """Connect as a viewer until enough data has arrived."""
     async def watch() -> Seen:
         connection = await websocket_connect(HTTPRequest(
             url.replace('http', 'ws', 1) + 'live',

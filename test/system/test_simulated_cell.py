@@ -72,7 +72,7 @@ def test_every_display_is_ok_and_the_scene_is_drawn(picture):
 
 
 def histogram(path: str) -> Dict[bytes, int]:
-    """How often each color occurs in the 3D view (the window's docks cut away)."""
+    """Return the count of each color in the 3D view (the window's docks cut away)."""
     raw = subprocess.run(['convert', path, '-crop', '1100x800+420+120', '-depth', '8', 'rgb:-'],
                          stdout=subprocess.PIPE, check=True).stdout
     counts: Dict[bytes, int] = {}
@@ -107,7 +107,7 @@ while rospy.get_time() < end_s and (
     parents = {{name: frame['parent'] for name, frame in (frames or {{}}).items()}}
 print(*(f'{{child}} {{parent}}' for child, parent in parents.items()), sep='\\n')
 """
-"""Waits until it is one tree with those frames; prints each frame with its parent."""
+"""Waits until tf is one tree with those frames; prints each frame with its parent."""
 
 
 def test_the_frames_are_one_tree(picture, ros_environment):

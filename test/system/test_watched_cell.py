@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated cell while it sews, with real nodes: its Kinect is found, and what has no model."""
+"""The simulated cell while it sews, with real nodes: Fit of its Kinect, and unmodeled objects."""
 from __future__ import annotations
 
 import json
@@ -13,13 +13,13 @@ from running import CellRun
 
 OBSERVER = Path(__file__).with_name('cell_observer.py')
 CYCLE_S = 20.0
-"""After so long the robots have been everywhere."""
+"""By then, the robots have been everywhere."""
 BOX = (0.30, 0.20, 0.15)
 WITHIN_M = 0.02
 
 
 def observe(environment: Dict[str, str], *arguments: str) -> Dict[str, Any]:
-    """Let the observer look; return what it says."""
+    """Run the observer; return its output."""
     run = subprocess.run([sys.executable, str(OBSERVER), *arguments], env=environment,
                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=600,
                          check=False)
@@ -30,7 +30,7 @@ def observe(environment: Dict[str, str], *arguments: str) -> Dict[str, Any]:
 
 @pytest.fixture(scope='module')
 def cell(ros_environment: Dict[str, str], simulated_config: str) -> Iterator[None]:
-    """The cell runs, without RViz, and a box is in it."""
+    """The cell runs, without RViz, and has a box in it."""
     run = CellRun(['run', simulated_config, '--no-rviz', 'objects:=true', 'image_rate:=10',
                    'intruder:=box'], ros_environment)
     run.wait_for_line('/cell_frames: running')
@@ -39,7 +39,7 @@ def cell(ros_environment: Dict[str, str], simulated_config: str) -> Iterator[Non
 
 
 def assert_lengths(lengths: List[float], expected: 'tuple[float, ...]') -> None:
-    """Lengths of edges, in whatever order."""
+    """Check the lengths of edges, in any order."""
     assert sorted(lengths) == pytest.approx(sorted(expected), abs=WITHIN_M)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A cell watched from another network: it is found, seen, lost and seen again."""
+"""A cell viewed from another network: found, shown, lost and shown again."""
 from __future__ import annotations
 
 import os
@@ -29,14 +29,14 @@ int clock_gettime(clockid_t clock, struct timespec *now) {
   return result;
 }
 '''
-"""The time of day is later by 95 s; libfaketime would also change the clock of Python's waits."""
+"""The time of day is 95 s ahead; libfaketime would also change the clock of Python's waits."""
 SSH_PORT, RELAY_PORT = 2222, 11411
 DEVICES = '<device type="other" name="table"><base frame="table" xyz="0 0 0.5"/></device>'
 
 
 @pytest.fixture(scope='module')
 def networks() -> Iterator[TwoNetworks]:
-    """Two namespaces, or why there are none."""
+    """Two namespaces; skip if there are none."""
     reason = problem()
     if reason:
         pytest.skip(reason)
@@ -64,7 +64,7 @@ def end(*processes: Optional[CellRun]) -> None:
 
 def checked(networks: TwoNetworks, environment: Dict[str, str], master: str = CELL_ADDRESS,
             ) -> 'subprocess.CompletedProcess[str]':
-    """Let the viewer find out what prevents a connection."""
+    """Let the viewer find the reason for a failed connection."""
     return subprocess.run(
         networks.command(networks.viewer, CELL, 'view', '--check', '--master', master),
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
@@ -112,7 +112,7 @@ def test_a_cell_is_watched_across_a_cut(networks: TwoNetworks, ros_environment: 
 
 def test_a_cell_that_is_started_again_with_another_port_is_seen_again(
         networks: TwoNetworks, ros_environment: Dict[str, str], config: str) -> None:
-    """Its ROS master tells the port, if it can be reached."""
+    """Its ROS master reports the port, if it can be reached."""
     with_master = {**ros_environment, 'ROS_IP': CELL_ADDRESS}
     cell = run(networks, networks.cell, with_master, 'run', config, '--no-rviz', '--remote')
     viewer = again = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What nobody modeled in a recording of the simulated cell: after seeks, and backwards."""
+"""Unmodeled objects in a recording of the simulated cell: after seeks, and backwards."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -13,7 +13,7 @@ RECORDED_S = 14
 HAND = (0.20, 0.10)
 POSITIONS_S = (9.0, 3.0, 6.5, 3.0, 12.0, 9.0)
 LINE_Y_M, LINE_X_M = 0.15, (-1.0, -0.78)
-"""Where the hand moves in and out."""
+"""The line on which the hand moves in and out."""
 
 
 @pytest.fixture(scope='module')
@@ -47,7 +47,7 @@ def test_a_recording_shows_the_same_hand_after_seeks_and_backwards(
     hands = dict(zip(POSITIONS_S, found['at']))
     for position_s, objects in zip(POSITIONS_S, found['at']):
         assert [it['number'] for it in objects] == [1], 'nothing is remembered from before'
-        # below it nothing is seen: how high it is, and where its middle, is not known
+        # the space below it is occluded: its height and its center's z are unknown
         assert objects[0]['place'][:2] == pytest.approx(hands[position_s][0]['place'][:2],
                                                         abs=0.005)
     seen = [it for objects in (*found['at'], *found['backwards']) for it in objects]

@@ -111,7 +111,7 @@ class ClaimedLengths {
   std::string type_;
   std::map<std::string, std::vector<Field>> fields_;  ///< of each message in the definition
   std::map<std::string, std::size_t> min_bytes_;      ///< minimum size of a type
-  std::map<std::string, bool> is_fixed_;              ///< whether it always has that size
+  std::map<std::string, bool> is_fixed_;              ///< true if it always has that size
 };
 
 }  // namespace process_visualizer

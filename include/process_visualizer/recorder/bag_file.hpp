@@ -67,7 +67,7 @@ class BagFile {
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
   /// Number of messages that were added and could not be written, by topic.
   const std::map<std::string, std::uint64_t>& discarded() const { return discarded_; }
-  bool isRemoved() const;           ///< whether the file has been removed or moved
+  bool isRemoved() const;           ///< true if the file has been removed or moved
   std::uint64_t freeBytes() const;  ///< on its disk. \throws RecordingError
 
  private:
@@ -92,7 +92,7 @@ class BagFile {
   std::string path_;
   Compression compression_;
   int descriptor_;
-  bool is_named_ = false;                                ///< whether it has its final name
+  bool is_named_ = false;                                ///< true once it has its final name
   std::uint64_t position_ = 0;                           ///< end of the written part
   std::uint64_t flushed_ = 0;                            ///< end of the part handed to the disk
   std::string chunk_;                                    ///< uncompressed

@@ -65,10 +65,10 @@ class Intake {
   /// Waits until all messages of the closed recording are written.
   /// \returns why some could not be written; empty if all were
   std::string finish();
-  bool isOpen() const;             ///< whether a recording has begun and is not closed
-  bool isWriting() const;          ///< whether the recording's thread is still writing
+  bool isOpen() const;             ///< true from the start of a recording until it is closed
+  bool isWriting() const;          ///< true while the recording's thread is writing
   RecordingStatus status() const;  ///< of the latest recording; there must be one
-  bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory
+  bool keepsRecent() const { return recent_.isKept(); }  ///< true if there is a memory
   void forget();                                         ///< empties the memory
   /// Returns messages in memory, as RecentMessages does.
   NumberedMessages recent(const MessageQuery& query) const;
@@ -108,7 +108,7 @@ class Intake {
   std::set<std::pair<ros::Time, std::string>> marks_;  ///< since the last recording began
   bool is_open_ = false;                               ///< the recording takes messages
   SteadyTime begin_, end_;                             ///< of the recording
-  ros::Time last_time_;                                ///< when it was closed
+  ros::Time last_time_;                                ///< time of its closing
   /// The current recording or, for its figures, the last one. Its thread uses the members above.
   std::shared_ptr<Recording> recording_;
 };

@@ -19,7 +19,7 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 /// Clocks and disk of the recorder's computer; tests replace them.
 struct Machine {
   std::function<ros::Time()> now = ros::Time::now;  ///< the time of messages; may be simulated
-  std::function<bool()> isSimulated = ros::Time::isSimTime;  ///< whether `now` is
+  std::function<bool()> isSimulated = ros::Time::isSimTime;  ///< true if `now` is simulated
   std::function<ros::WallTime()> wall = ros::WallTime::now;  ///< can be set, so it can jump
   std::function<SteadyTime()> steady = std::chrono::steady_clock::now;  ///< never jumps
   std::function<std::uint64_t(const BagFile&)> freeBytes = &BagFile::freeBytes;

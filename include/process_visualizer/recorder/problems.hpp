@@ -34,7 +34,7 @@ inline std::string listed(const std::vector<std::string>& names) {
 /// Problems of a recorder: the newest texts, and the number since the node started.
 class Problems {
  public:
-  static constexpr std::size_t kMax = 20;  ///< that are remembered
+  static constexpr std::size_t kMax = 20;  ///< number of remembered problems
 
   /// \param present text behind it until `settle`
   void add(const std::string& text, const std::string& present = "") {

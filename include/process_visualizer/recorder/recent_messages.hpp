@@ -85,7 +85,7 @@ class RecentMessages {
   /// messages are kept; 0 if none came within that time.
   double ageOfOldestUnrecorded(const ros::Time& now) const;
   std::size_t bytes() const { return bytes_; }
-  bool isKept() const { return duration_ > 0; }  ///< whether messages are kept
+  bool isKept() const { return duration_ > 0; }  ///< true if messages are kept
 
  private:
   Past since(std::size_t first, const LatchedMessages& before, const ros::Time& now,

@@ -48,7 +48,7 @@ struct RecordingStatus {
   std::map<std::string, std::uint64_t> messages;
   std::uint64_t free_bytes = 0;      ///< on the disk
   std::uint64_t min_free_bytes = 0;  ///< limit below which the recording ends
-  std::string problem;               ///< why it ended on its own; empty if it did not
+  std::string problem;               ///< reason if it ended on its own; else empty
   bool ended = false;
   std::vector<ClockJump> clock_jumps;
 };
@@ -68,7 +68,7 @@ class Recording {
   ///   zero: at its last message
   void stop(const ros::Time& end = {});
 
-  bool isOver() const;  ///< whether it takes no more messages
+  bool isOver() const;  ///< true once it takes no more messages
   RecordingStatus status() const;
   /// Number of messages that were pushed but not written, by topic; to be called after stop().
   const std::map<std::string, std::uint64_t>& unwritten() const { return unwritten_; }

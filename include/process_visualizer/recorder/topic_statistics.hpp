@@ -28,9 +28,7 @@ class TopicStatistics {
   /// Returns true once when regular messages have stopped for a second, ten times their usual
   /// interval and twice the longest of the last ones. Logs and latched topics never fall silent.
   bool fellSilent(const ros::Time& now);
-  bool isSilent() const {
-    return is_silent_;
-  }  ///< whether no message has come since it fell silent
+  bool isSilent() const { return is_silent_; }  ///< true from falling silent until the next message
 
   std::uint64_t received() const { return received_; }
   std::uint64_t bytes() const { return bytes_; }      ///< of the received messages
@@ -38,7 +36,7 @@ class TopicStatistics {
   std::uint64_t lost() const { return lost_; }        ///< skipped sequence numbers
   std::uint64_t gaps() const { return gaps_; }
   double largestGap() const { return largest_gap_; }              ///< longest interval, s
-  ros::Time largestGapTime() const { return largest_gap_time_; }  ///< when it began
+  ros::Time largestGapTime() const { return largest_gap_time_; }  ///< its beginning
   double usualInterval() const;  ///< median of the last ones, s; 0 if not yet known
 
  private:
@@ -78,7 +76,7 @@ class TopicBoard {
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
   /// While counting: the regular topics that have fallen silent since the last call.
   std::vector<std::string> fallenSilent(const ros::Time& now);
-  bool hasSilent() const;  ///< whether one of them is still silent
+  bool hasSilent() const;  ///< true while one of them is silent
 
   /// The figures of these topics; `messages` is the number received.
   std::vector<TopicRecord> records(const std::set<std::string>& topics, const ros::Time& now) const;

@@ -13,7 +13,7 @@ constexpr float kStepsPerPixel = 8.0F;
 constexpr float kStepsM = kStepsPerPixel * 580.0F * 0.075F;
 constexpr float kFewestSteps = 6.0F;  ///< 58 m; the depth in mm fits into 16 bits
 
-/// The nearest whole number of one that is not negative; std::lround is a call for each pixel.
+/// Rounds a non-negative number to the nearest integer; std::lround is a call for each pixel.
 float rounded(float value) {
   return static_cast<float>(
       static_cast<int>(value + 0.5F));  // NOLINT(bugprone-incorrect-roundings)

@@ -8,7 +8,7 @@ namespace sewing_cell {
 namespace {
 
 constexpr double kNearest = 0.1;   ///< m; a Kinect sees nothing nearer
-constexpr double kAmbient = 0.55;  ///< brightness of what is seen edge-on
+constexpr double kAmbient = 0.55;  ///< brightness of a surface seen edge-on
 constexpr double kOnEdge = 1e-6;   ///< px; pixels between two triangles must not fall through
 
 Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -27,7 +27,7 @@ Vector moved(const Pose& pose, const Vector& point) {
   return result;
 }
 
-/// Where the camera is in the mesh.
+/// Returns the camera's position in the mesh's frame.
 Vector eyeOf(const Pose& pose) {
   Vector eye;
   for (int axis = 0; axis < 3; ++axis)
@@ -35,7 +35,7 @@ Vector eyeOf(const Pose& pose) {
   return eye;
 }
 
-/// A function of the pixel, linear in it.
+/// A linear function of the pixel.
 struct Plane {
   double along_u, along_v, constant;
 
@@ -46,7 +46,7 @@ struct Plane {
 struct Span {
   double first, last;
 
-  /// Leaves those where a plane is positive.
+  /// Keeps the pixels where a plane is positive.
   void cut(const Plane& plane, double v) {
     const double rest = plane.along_v * v + plane.constant;
     if (plane.along_u > 0.0)
@@ -92,7 +92,7 @@ class Seen {
   }
 
  private:
-  /// Twice the area of the triangle of two corners and a pixel.
+  /// Returns twice the area of the triangle of two corners and a pixel.
   Plane edge(int from, int to) const {
     const double u = at_[to][0] - at_[from][0], v = at_[to][1] - at_[from][1];
     return {-v, u, v * at_[from][0] - u * at_[from][1]};
@@ -127,7 +127,7 @@ class Seen {
   std::array<int, 2> first_, last_;  ///< column and row
 };
 
-/// The more a triangle faces the camera, the brighter it is.
+/// Returns the brightness of a triangle: the more it faces the camera, the brighter it is.
 std::array<std::uint8_t, 3> lit(const std::uint8_t* colour, const std::array<Vector, 3>& corners) {
   const Vector normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
   const double facing = std::abs(normal[2]) / std::sqrt(dot(normal, normal));

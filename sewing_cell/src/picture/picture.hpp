@@ -9,7 +9,7 @@ namespace sewing_cell {
 
 using Vector = std::array<double, 3>;
 
-/// A pinhole camera's picture, row by row. The depth is in m, along the camera's z axis; the colour
+/// A pinhole camera's picture, row by row. The depth is in m, along the camera's z axis; the color
 /// has three bytes for each pixel.
 struct Picture {
   int width, height;
@@ -18,7 +18,7 @@ struct Picture {
   std::uint8_t* colour;
 };
 
-/// Triangles, anticlockwise as seen from outside: nine coordinates (m) and three bytes of colour
+/// Triangles, counterclockwise as seen from outside: nine coordinates (m) and three bytes of color
 /// for each.
 struct Mesh {
   std::size_t count;
@@ -29,8 +29,8 @@ struct Mesh {
 /// A rigid transform: the upper three rows of its matrix, row by row.
 using Pose = std::array<double, 12>;
 
-/// Draws what is nearer than the depth that the picture has already. Triangles that the camera sees
-/// from behind are left out, and those that reach behind it.
+/// Draws a mesh where it is nearer than the picture's depth. Triangles that the camera sees from
+/// behind, or that extend behind it, are left out.
 /// \param camera_from_mesh  x to the right, y down, z forward in the camera
 void draw(const Mesh& mesh, const Pose& camera_from_mesh, const Picture& picture);
 

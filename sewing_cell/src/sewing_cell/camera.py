@@ -22,7 +22,7 @@ _HOLE_SHARE = 4e-4
 
 
 class DepthNoise:
-    """The errors of pictures of one shape, drawn once in a few variants; a frame gets one."""
+    """The errors of pictures of one shape, drawn once in a few variants; each frame gets one."""
 
     def __init__(self, shape: tuple[int, int], random: np.random.Generator,
                  variants: int = 1) -> None:
@@ -46,7 +46,7 @@ def _noise(shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
 class Lookahead:
     """Rows of ``function(times)`` by tick, computed a block at a time.
 
-    numpy needs nearly the same time for one row as for a block of rows.  ``function`` takes
+    numpy needs nearly the same time for a single row and a block of rows.  ``function`` takes
     times (n,) in s and returns an array whose first dimension is n.
     """
 
@@ -70,12 +70,12 @@ class Lookahead:
 _VARIANTS = 4
 _COLOR_NOISE = 2.5
 _TEXEL_M = 0.002
-_LOWER_MARGIN_M = 0.012  # by which the lower cover is larger, so that its rim shows
+_LOWER_MARGIN_M = 0.012  # by which the lower cover is larger, so that its rim is visible
 _SEAM_INSET = layout.NEEDLE[0] - layout.SEAM_START_XY[0]
 _SEAM_BEGIN = layout.NEEDLE[1] - layout.SEAM_START_XY[1]
 _STITCH_M = 0.012
 _THREAD = (236, 222, 190)
-_ABOVE_M = 0.01  # anything higher than this above a cover hides it
+_ABOVE_M = 0.01  # anything higher than this above a cover occludes it
 
 
 class CameraFrame(NamedTuple):

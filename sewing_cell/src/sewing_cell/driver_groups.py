@@ -108,7 +108,7 @@ class MachineDriver:
 
 
 class Kinect(NamedTuple):
-    """A simulated Kinect: its namespace, and the place of its color camera in ``world`` [m]."""
+    """A simulated Kinect: its namespace, and the position of its color camera in ``world`` [m]."""
 
     camera: str
     place: np.ndarray
@@ -123,8 +123,8 @@ KINECTS = (
 class KinectDriver:
     """Color and registered depth images with their camera infos, and the driver's parameters.
 
-    Images are drawn only for subscribers.  The first one follows when the static background has
-    been drawn; the other drivers and the infos do not wait for that.
+    Images are drawn only for subscribers.  The first one follows when the static background is
+    ready; the other drivers and the infos do not wait for it.
     """
 
     def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float, seed: int,
@@ -133,7 +133,7 @@ class KinectDriver:
         placed = None if intruder is None else INTRUDERS[intruder]
         pool = ThreadPoolExecutor(1, "draw")
         self.camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, placed)
-        """Draws the images; done when the static background has been drawn."""
+        """Draw the images; done when the static background has been drawn."""
         pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
         self._color = camera_messages.image("rgb8", 3, camera)
@@ -170,7 +170,7 @@ class KinectDriver:
 
 
 def publish_truth(node: NodeHandle, cycle: FaultyCycle) -> None:
-    """Publish the fault, to check detections against it; no device lists this topic."""
+    """Publish the fault as ground truth for its detection; no device lists this topic."""
     text = json.dumps({"fault": asdict(cycle.fault), "period_s": cycle.schedule.period_s})
     _latch(node, "simulator/truth", String(text))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults of a cycle, each from its own moment on; everything else stays unchanged."""
+"""Faults of a cycle, each with its own beginning; everything else stays unchanged."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class FaultyCycle(SewingCycle):
         self.fault = fault
 
     def truth(self, arm: Arm, time_s: Times) -> ToolState:
-        """Return the truth without the fault, with a displaced tool."""
+        """Return the true state without the fault, plus the tool's displacement."""
         state = super().truth(arm, time_s)
         if self._concerns("calibration", arm):
             beside = np.where(self._since(time_s) >= 0.0, self.fault.size, 0.0)[..., None]
@@ -126,7 +126,7 @@ class FaultyCycle(SewingCycle):
         return reading
 
     def feed_rate(self, time_s: Times) -> np.ndarray:
-        """Return the feed rate, also of a machine that starts late or runs unevenly."""
+        """Return the feed rate, with a late start or an uneven feed."""
         rate = super().feed_rate(time_s)
         since = self._since(time_s)
         if self.fault.kind == "late_feed":
@@ -138,7 +138,7 @@ class FaultyCycle(SewingCycle):
         return rate
 
     def _split(self, time_s: Times) -> Tuple[np.ndarray, np.ndarray]:
-        """Number of the cycle and the time in it [s], which stands still during a dwell."""
+        """Return the cycle's number and the time in it [s], which stops during a dwell."""
         cycle, phase_s = super()._split(time_s)
         if self.fault.kind == "dwell":
             phase_s = phase_s - np.clip(self._since(time_s), 0.0, self.fault.size)

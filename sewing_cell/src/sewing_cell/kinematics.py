@@ -34,7 +34,7 @@ _SINGULAR = 1e-9
 
 
 class UnreachableError(ValueError):
-    """The robot cannot bring its tool to a pose."""
+    """Error: the robot cannot bring its tool to a pose."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def forward(joints: np.ndarray) -> np.ndarray:
 def link_frames(joints: np.ndarray) -> np.ndarray:
     """Frames link0 to link7 and tool of the URDF (appendix D.1), shape (..., 9, 4, 4).
 
-    A URDF link turns with its joint, a DH frame already stands at the next one.  Link 4 is
+    A URDF link turns with its joint; a DH frame is at the next joint.  Link 4 is
     fixed to link 3.
     """
     joints = np.asarray(joints, dtype=float)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layout of the simulated cell: places of objects, and the two robots that hold the covers.
+"""Layout of the simulated cell: poses of objects, and the two robots that hold the covers.
 
 Frame ``world``, z up, lengths in m.
 """
@@ -22,7 +22,7 @@ NEEDLE = MACHINE_BASE + np.array([-0.08, -0.08, 0.0])
 COVER_BOX = (-0.14, 0.26, -0.84, 0.04)
 COVER_THICKNESS = 0.003
 
-#: Points at which the grippers fetch the next covers, and at which the seam starts and ends.
+#: Points where the grippers fetch the next covers, and where the seam starts and ends.
 FETCH_XY = (-0.54, 0.45)
 SEAM_START_XY = (-0.62, 0.25)
 SEAM_END_XY = (-0.62, -0.25)

@@ -16,7 +16,7 @@ from sewing_cell import pinhole
 
 _BOX_FACES = np.array(
     [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-)  # corner number: 4 at upper x, 2 at upper y, 1 at upper z; counterclockwise from outside
+)  # corner number: 4 for upper x, 2 for upper y, 1 for upper z; counterclockwise from outside
 
 
 class Mesh(NamedTuple):

@@ -105,14 +105,14 @@ class Intruder:
 
     def draw(self, picture: Picture, time_s: float,
              camera: np.ndarray = pinhole.POSITION) -> None:
-        """Draw it where nothing is nearer; ``camera`` (3,) is a position in ``world`` [m]."""
+        """Draw it unless occluded; ``camera`` (3,) is a position in ``world`` [m]."""
         pose = pinhole.camera_from_world(camera) @ pinhole.moved_by(self.center(time_s))
         picture.draw(self._mesh, pose)
 
 
 _ON_SUPPLY = (-0.45, 0.90, 0.105)
 
-#: A box on the supply table, and a hand that comes near the upper robot's gripper.
+#: A box on the supply table, and a hand that approaches the upper robot's gripper.
 INTRUDERS: Mapping[str, Intruder] = {
     "box": Intruder((0.30, 0.20, 0.15), _ON_SUPPLY, _ON_SUPPLY, (196, 160, 104)),
     "hand": Intruder((0.20, 0.10, 0.06), (-1.0, 0.15, 0.30), (-0.78, 0.15, 0.22), (222, 170, 140)),

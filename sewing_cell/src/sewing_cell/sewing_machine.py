@@ -38,8 +38,8 @@ MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 LOG_PERIOD_S = 5.0
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
 
-# In the needle frame, which is yawed by +90 degrees: x is against the feed, y is to the right as
-# seen along the feed.
+# Axes of the needle frame, which is yawed by +90 degrees: x is against the feed, y is to the right
+# as seen along the feed.
 FEED_DIRECTION = np.array([-1.0, 0.0, 0.0])
 RIGHT = np.array([0.0, 1.0, 0.0])
 

@@ -203,7 +203,7 @@ class Ticker:
         return self._start_s + self._tick / self._rate_hz
 
 
-_FIRST_TICK_S = 0.1  # until all the threads run
+_FIRST_TICK_S = 0.1  # time for all threads to start
 _SWITCH_INTERVAL_S = 0.0005  # drawing an image must not hold up the joints' thread
 _REPORT_EVERY_S = 10.0
 _TOLERATED_SHARE = 0.02  # share of messages skipped on a busy computer

@@ -104,7 +104,7 @@ class KinectCloudTest(unittest.TestCase):
         self.assert_cropped('/own_process/cropped')
 
     def assert_cropped(self, topic: str) -> None:
-        """Check the cloud that is published on the topic."""
+        """Check the cloud on the topic."""
         cloud = self.publish_until_cropped(topic)
         self.assertLessEqual(cloud.header.stamp, rospy.Time.now())
         self.assertEqual(cloud.header.frame_id, OPTICAL_FRAME)

@@ -105,7 +105,8 @@ def test_cover_is_where_the_cycle_says(
     beside = (x < x_min - 0.03) | (x > x_max + 0.03) | (y < y_min - 0.03) | (y > y_max + 0.03)
     leather = is_leather(frame)
     near_cover = (np.abs(y) < 1.0) & (on_plane[..., 1] < 0.55)
-    # What is not leather inside is the robot's wrist above it, the machine's arm, and the seam.
+    # Pixels inside that are not leather: the robot's wrist above it, the machine's arm, and the
+    # seam.
     assert leather[inside].mean() > 0.8
     assert leather[beside & near_cover].mean() < 0.01
 
@@ -144,7 +145,7 @@ def test_seed_decides_the_noise(cycle: SewingCycle, camera: Camera) -> None:
 
 
 def test_robot_hides_what_is_below(camera: Camera, cycle: SewingCycle) -> None:
-    """At the upper robot's flange the camera sees something nearer than the cover."""
+    """At the upper robot's flange, the camera sees a surface that is nearer than the cover."""
     tool = cycle.truth(UPPER, SEWING / RATE_HZ).position
     u, v, depth = pinhole.project(tool)
     frame = camera.render(SEWING)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated sewing cycle keeps its promises: smooth, consistent, repeatable, good or poor."""
+"""The simulated sewing cycle is smooth, consistent, repeatable, and good or poor as set."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sewing_cell.layout import ARMS, LOWER, UPPER, Arm
 
 PERIOD_S = 20.0
 STEP_S = 0.004
-#: Two cycles and a bit, so that the wrap is inside.
+#: Two cycles and a bit, so that the wrap-around is inside.
 TIMES_S = np.arange(0.0, 2.2 * PERIOD_S, STEP_S)
 
 both_arms = pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
@@ -78,7 +78,7 @@ def test_truth_is_the_tool_frame_in_world(arm: Arm) -> None:
 
 @both_arms
 def test_robots_keep_clear(arm: Arm) -> None:
-    """Each on its side of the sewing plane, clear of the machine and of the floor."""
+    """Each tool is on its side of the sewing plane, clear of the machine and of the floor."""
     frames = kinematics.link_frames(SewingCycle("poor", seed=2).joints(arm, TIMES_S[::5]))
     points = frames[..., :3, 3] @ arm.base_rotation.T
     away_from_base = points[:, 3:]

@@ -163,7 +163,7 @@ def test_forward_kinematics_equal_the_dh_table(robots: Models, angles: List[floa
 
 
 def test_home_pose_stands_upright(robots: Models) -> None:
-    """Equation 6.1: the wrist's first two axes are above the base, the tool looks sideways."""
+    """Equation 6.1: the wrist's first two axes are above the base, the tool points sideways."""
     tool = tool_in_base(robots["ur_rt_upper"], HOME)
     assert tool[:3, 3] == pytest.approx([0, -0.109 - 0.082, 0.0892 + 0.425 + 0.39243 + 0.093])
     assert tool[:3, 2] == pytest.approx([0, -1, 0], abs=1e-9)
@@ -251,7 +251,7 @@ def test_meshes_together_stay_small() -> None:
 
 @pytest.mark.parametrize("path", list(MESHES.values()), ids=lambda path: path.stem)
 def test_mesh_is_sound(path: Path) -> None:
-    """Points, normals and triangles agree in number; normals are unit and look outwards."""
+    """Points, normals and triangles agree in number; normals are unit and point outwards."""
     for mesh in ElementTree.parse(path).getroot().iter(f"{COLLADA}mesh"):
         arrays = [a.text for a in mesh.iter(f"{COLLADA}float_array")]
         points, normals = (np.array(numbers(text)).reshape(-1, 3) for text in arrays)
@@ -264,7 +264,7 @@ def test_mesh_is_sound(path: Path) -> None:
 
 
 def assert_outward(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> None:
-    """The winding of nearly all the area agrees with the normals (slivers may be rounded)."""
+    """The winding of nearly the whole area agrees with the normals (slivers may be rounded)."""
     a, b, c = (points[triangles[:, column]] for column in range(3))
     areas = np.cross(b - a, c - a)
     agreement = np.einsum("ij,ij->i", areas, normals[triangles].mean(axis=1))
@@ -281,7 +281,7 @@ def test_sewing_machine_has_the_dimensions_of_the_cell() -> None:
 
 
 def test_needle_of_the_sewing_machine_is_at_its_frame() -> None:
-    """Around (-0.08, -0.08) nothing but needle, foot and plate is between 0 and 0.1 m."""
+    """Around (-0.08, -0.08) only needle, foot and plate are between 0 and 0.1 m."""
     points = collada_points(mesh_path("sewing_machine"))
     near = points[(np.hypot(points[:, 0] + 0.08, points[:, 1] + 0.08) < 0.0025)]
     assert near[:, 2].max() > 0.1 and np.any(np.abs(near[:, 2]) < 0.01)

@@ -73,7 +73,7 @@ class Machine:
             self.node.send(topic, message)
 
     def play(self, recording: str, duration_s: float, not_begun: Sequence[str] = ()) -> None:
-        """Let a player stand in a recording for some time; another recording is a new player."""
+        """Let a player pause in a recording for some time; another recording is a new player."""
         self.since = self.since if recording == self.recording else self.node.now()
         self.recording = recording
         for _ in range(round(10 * duration_s)):
