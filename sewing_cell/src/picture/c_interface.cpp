@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The functions by which sewing_cell/mesh_picture.py and depth_noise.py make pictures.
+// The functions by which sewing_cell/mesh_picture.py makes pictures.
 
 #include <algorithm>
 #include <cstddef>
