@@ -52,7 +52,7 @@ using sensor_msgs::PointCloud2;
 
 constexpr std::chrono::seconds kLogPeriod{5};
 constexpr std::chrono::milliseconds kStatusPeriod{500};
-constexpr double kTickPeriod = 0.1;  ///< of looking for silent sensors, s
+constexpr double kTickPeriod = 0.1;  ///< of checks for silent sensors, s
 constexpr double kStartTime = 10;    ///< for drivers, before missing clouds are a problem, s
 
 double wallTime() { return ros::WallTime::now().toSec(); }
@@ -99,19 +99,19 @@ FusionParameters readFusionParameters(const ros::NodeHandle& node_handle) {
 
 }  // namespace
 
-/// The problems of a nodelet, by what they are about: in its log when they begin and repeatedly,
-/// and on /diagnostics for as long as they last. Not for several threads at once.
+/// The problems of a nodelet, by subject: written to its log when they begin and repeatedly, and
+/// published on /diagnostics while they last. Not thread-safe.
 class Complaints {
  public:
-  /// \param name    the nodelet's
+  /// \param name    of the nodelet
   /// \param device  to which the problems belong
   Complaints(const ros::NodeHandle& node_handle, std::string name, std::string device)
       : name_(std::move(name)), device_(std::move(device)), node_handle_(node_handle) {
     publisher_ = node_handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   }
 
-  /// Complains; to be repeated while the problem lasts.
-  /// \param about  what it is about, such as a topic
+  /// Adds a problem; to be called again while it lasts.
+  /// \param about  the subject, such as a topic
   void add(const std::string& about, const std::string& text) {
     const Time now = std::chrono::steady_clock::now();
     Entry& entry = entries_[about];
@@ -126,7 +126,7 @@ class Complaints {
     if (entry != entries_.end()) entry->second.complaint.noteGood();
   }
 
-  /// Publishes what holds, and once what does not hold any more. To be called often.
+  /// Publishes the problems that hold, and once the end of each. To be called often.
   void report() {
     const Time now = std::chrono::steady_clock::now();
     if (entries_.empty() || now < next_report_) return;
@@ -158,11 +158,10 @@ class Complaints {
 
 /// Nodelet that joins the clouds of several sensors, those on the parameter `~topics`, to one on
 /// `~output`: in the frame `~frame`, with one point in each cube of `~voxel` m, at the rate of the
-/// slowest sensor. Each cloud is where its sensor was at its stamp; the joined one has the newest
+/// slowest sensor. Each cloud has its sensor's pose at its stamp; the joined one has the newest
 /// stamp. A sensor that is silent for `~timeout` s is left out until it sends again, which the log
-/// and /diagnostics say. In playback the clouds of the last position are forgotten when the player
-/// says that it has jumped. The topics are subscribed to only while somebody subscribes to the
-/// output.
+/// and /diagnostics report. In playback the clouds of the last position are dropped when the player
+/// reports a jump. The topics are subscribed to only while the output has subscribers.
 class CloudFusion : public nodelet::Nodelet {
  private:
   void onInit() override;

@@ -47,7 +47,7 @@ using sensor_msgs::CameraInfo;
 using sensor_msgs::Image;
 using XmlRpc::XmlRpcValue;
 
-constexpr double kParameterPeriod = 0.5;  ///< of looking at the parameters without data, s
+constexpr double kParameterPeriod = 0.5;  ///< of reading the parameters without data, s
 constexpr int kQueueSize = 5;             ///< messages that wait for those of their time
 
 /// A parameter's value; invalid if it is not set. A deleted one remains as an empty struct.
@@ -119,7 +119,7 @@ void keepFreedMemory() {
 }  // namespace
 
 /// The box of a nodelet: follows the nodelet's parameters, and shows the box on `~outline`
-/// (latched). Not for several threads at once.
+/// (latched). Not thread-safe.
 class RegionOfInterest {
  public:
   /// \param node_handle  the private one of the nodelet
@@ -128,8 +128,8 @@ class RegionOfInterest {
         node_handle_.advertise<visualization_msgs::Marker>("outline", 1, /*latch=*/true);
   }
 
-  /// Reads the parameters again. If they are bad it says so and keeps the last good ones.
-  /// \return nothing as long as there have been no good ones
+  /// Reads the parameters again. Invalid ones are reported, and the last valid ones are kept.
+  /// \return nothing until there have been valid ones
   const std::optional<RoiParameters>& update() {
     try {
       parameters_ = readRoiParameters(node_handle_);
@@ -164,8 +164,8 @@ class RegionOfInterest {
 
 /// Nodelet that crops the clouds on `~input` to a box and publishes them on `~output`, with their
 /// frame and stamp. The box comes from the parameters `~center`, `~size` and `~frame`, which may be
-/// changed at any time; it is shown on `~outline`, and is where its frame was when the cloud was
-/// taken. The input is subscribed to only while somebody subscribes to the output.
+/// changed at any time; it is shown on `~outline`, and has the pose of its frame when the cloud was
+/// taken. The input is subscribed to only while the output has subscribers.
 class RoiFilter : public nodelet::Nodelet {
  private:
   void onInit() override;
@@ -228,9 +228,9 @@ void RoiFilter::crop(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
 
 /// Nodelet that makes the part of a colored cloud that lies in a box: registered images on
 /// `~depth` and `~color`, with `~camera_info`, to `~output`. The box comes from the parameters
-/// `~center`, `~size` and `~frame` as RoiFilter's does, and is shown on `~outline`; it is where its
-/// frame was when the images were taken. `~rectified` says that the images have no distortion. The
-/// inputs are subscribed to only while somebody subscribes to the output.
+/// `~center`, `~size` and `~frame` as RoiFilter's does, and is shown on `~outline`; it has the pose
+/// of its frame when the images were taken. `~rectified` says that the images have no distortion.
+/// The inputs are subscribed to only while the output has subscribers.
 class RegisteredCropNodelet : public nodelet::Nodelet {
  private:
   using Policy = message_filters::sync_policies::ApproximateTime<Image, Image, CameraInfo>;
@@ -273,7 +273,7 @@ void RegisteredCropNodelet::onInit() {
       node_handle.createWallTimer(ros::WallDuration(kParameterPeriod),
                                   [this](const ros::WallTimerEvent&) { region_->update(); });
   const auto follow = [this](const ros::SingleSubscriberPublisher&) { followSubscribers(); };
-  // To subscribe loads a transport, which is a plugin. While another thread loads a nodelet,
+  // Subscribing loads a transport, which is a plugin. While another thread loads a nodelet,
   // class_loader can take both down (https://github.com/ros/class_loader/pull/234): so subscribers
   // are followed where the manager loads nodelets, in the thread of the global queue.
   ros::NodeHandle loading_node(node_handle);

@@ -19,7 +19,7 @@ using sensor_msgs::CameraInfo;
 constexpr int kMaxSteps = 100;       ///< of the search for a pixel's ray
 constexpr double kTolerance = 1e-8;  ///< of a ray's slope: a few millionths of a pixel
 
-constexpr double kMinDepth = 0.01;  ///< minimum depth of a corner with a place in the image, m
+constexpr double kMinDepth = 0.01;  ///< minimum depth of a corner with a pixel in the image, m
 constexpr double kMargin = 2;       ///< around a range, for rounding, px
 
 struct Pinhole {

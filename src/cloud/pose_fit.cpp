@@ -37,7 +37,7 @@ Eigen::Vector3d center(const SurfaceCloud& points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Root mean square distance of points from a place; never 0.
+/// Root mean square distance of points from a position; never 0.
 double radius(const SurfaceCloud& points, const Eigen::Vector3d& place) {
   double sum = 0.0;
   for (const auto& point : points) sum += (placeOf(point).cast<double>() - place).squaredNorm();

@@ -131,7 +131,7 @@ constexpr double kSpacingM = 0.005;         ///< minimum spacing of points on mo
 constexpr double kMaxPoints = 1'000'000;    ///< on models
 const Box kRange({0, 0, 0}, {40, 40, 40});  ///< of a sensor's points, m
 
-/// Places of frames at a time.
+/// Poses of frames at a time.
 class Places {
  public:
   Places(const tf2_ros::Buffer& buffer, std::string parent, ros::Time stamp)
@@ -140,8 +140,8 @@ class Places {
         stamp_(stamp),
         deadline_(ros::WallTime::now() + ros::WallDuration(kTransformWait)) {}
 
-  /// The place of a frame at that time. While playback is paused, the newest one may be slightly
-  /// older, and no other comes.
+  /// The pose of a frame at that time. While playback is paused, the newest transform may be
+  /// slightly older, and no newer one comes.
   /// \throws tf2::TransformException
   Eigen::Isometry3d of(const std::string& name) const {
     const std::string frame = withoutLeadingSlash(name);
@@ -194,7 +194,7 @@ struct PlacedSurface {
   Eigen::Affine3d place;
 };
 
-/// The models with known places; the frames of the others are added to `left_out`.
+/// The models with known poses; the frames of the others are added to `left_out`.
 std::vector<PlacedSurface> placed(const std::vector<Marker>& models, const Places& places,
                                   std::vector<std::string>& left_out) {
   std::vector<PlacedSurface> found;

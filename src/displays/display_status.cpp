@@ -95,8 +95,9 @@ bool isSubscribed(const std::string& topic) {
   });
 }
 
-/// Returns whether no message has come. RViz itself does not warn of that: it reports messages only
-/// from the first one on. A first cloud without points is that by which depth_proc clears old ones.
+/// Returns whether no message has come. RViz itself does not warn about that: it reports messages
+/// only from the first one on. A first cloud without points does not count: depth_proc sends it to
+/// clear old ones.
 bool hasReceivedNothing(const rviz::Display& display) {
   if (dynamic_cast<const rviz::_RosTopicDisplay*>(&display)) {
     const QString text = statusText(display, "Topic");
@@ -115,8 +116,8 @@ bool hasNoMarker(const rviz::Display& display) {
   return namespaces && childOf(display, "Marker Topic") && namespaces->numChildren() == 0;
 }
 
-/// The full name of a display's first topic; empty if there is none or if the name is invalid, of
-/// which RViz itself warns.
+/// The full name of a display's first topic; empty if there is none or if the name is invalid,
+/// about which RViz itself warns.
 std::string topicOf(const rviz::Display& display) {
   for (int i = 0; i < display.numChildren(); ++i) {
     const auto* topic = dynamic_cast<const rviz::RosTopicProperty*>(display.childAt(i));
@@ -280,8 +281,8 @@ class WindowPlace : public QObject {
   std::optional<RegionOfInterest> wanted_;
 };
 
-/// Draws only four pictures a second while another window covers RViz's, which the program that
-/// shows that window says on `~covered` (std_msgs/Bool, latched): the other window gets the time.
+/// Draws only four pictures a second while another window covers RViz's, so that the other window
+/// gets the time. The program of that window reports this on `~covered` (std_msgs/Bool, latched).
 class CoveredPace : public QObject {
  public:
   explicit CoveredPace(rviz::VisualizationManager& manager) : manager_(&manager) {

@@ -34,8 +34,8 @@ bool movesWithin(int key);
 /// The non-empty lines of a text.
 std::set<std::string> lines(const std::string& text);
 
-/// The age of input to a window that handles it late, by the time at which the X server received
-/// it. That is on a clock of its own: the event that was handled soonest counts as handled at once.
+/// The age of input to a window that handles it late, since the X server received it. The server
+/// has a clock of its own: the event that was handled soonest counts as handled at once.
 class InputAge {
  public:
   /// \param received_ms  time of an event (X server's clock; 0 is unknown), which may wrap around

@@ -29,8 +29,8 @@ struct Rect {
 /// Returns the anchor if it is in the picture, otherwise a place at the top of the picture.
 Point anchorOrTop(const std::optional<Point>& anchor, Size view);
 
-/// Part of the picture that a plate should not cover. `weight` is the distance, in px, that is
-/// worth going to avoid a full overlap (of the smaller of the two).
+/// Part of the picture that a plate should not cover. `weight` is the distance, in px, that a plate
+/// may move to avoid a full overlap (of the smaller of the two).
 struct Obstacle {
   Rect rect;
   float weight = 0;
@@ -81,7 +81,7 @@ class LabelLayout {
 /// picture.
 class Stillness {
  public:
-  /// Takes the points of a picture, by key; `elapsed_s` since the last one.
+  /// Processes the points of a picture, by key; `elapsed_s` since the last one.
   /// \returns true once per rest, when it has lasted for a moment
   bool begins(const std::map<std::string, Point>& points, float elapsed_s);
 

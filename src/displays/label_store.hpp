@@ -51,7 +51,7 @@ bool isLabel(const visualization_msgs::Marker& marker);
 /// The texts among the markers of one topic.
 class LabelStore {
  public:
-  /// Takes a marker of any kind; its lifetime begins now.
+  /// Adds a marker of any kind; its lifetime begins now.
   void take(const visualization_msgs::Marker& marker, ros::Time now);
   /// Removes markers whose lifetime is over.
   void expire(ros::Time now);

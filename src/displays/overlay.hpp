@@ -57,7 +57,7 @@ class PlatePicture {
   PlatePicture(const PlatePicture&) = delete;
   PlatePicture& operator=(const PlatePicture&) = delete;
 
-  /// Takes a picture as premultiplied ARGB.
+  /// Sets a picture as premultiplied ARGB.
   void setImage(const QImage& image);
   /// Places its upper left corner at a point of a view.
   void draw(Point corner, Size view);

@@ -13,7 +13,7 @@
 
 namespace process_visualizer::displays {
 
-/// RViz's display of a robot, without the links whose place has never been known: RViz would draw
+/// RViz's display of a robot, without the links whose pose has never been known: RViz would draw
 /// them white at the origin, where the robot is not. RViz's own tree still lists them as errors.
 class RobotModel : public rviz::RobotModelDisplay {
  public:
@@ -53,7 +53,7 @@ class RobotModel : public rviz::RobotModelDisplay {
       if (node != nullptr) node->setVisible(false);
   }
 
-  std::set<std::string> placed_;  ///< names of links that have had a place in the fixed frame
+  std::set<std::string> placed_;  ///< names of links that have had a pose in the fixed frame
 };
 
 }  // namespace process_visualizer::displays

@@ -67,7 +67,7 @@ class ReplayCurtain : public QLabel {
 
 namespace {
 
-constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with messages from meanwhile
+constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with messages that waited
 constexpr std::uint64_t kOpenFrames = 2;
 constexpr int kSettled_ms = 1000;  ///< for which RViz itself ignores changes by its panels
 

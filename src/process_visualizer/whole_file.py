@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Iterator
 
 _NAME_BYTES = 100
-"""Bytes of a name that the name of its unfinished file begins with; a name may have 255 bytes."""
+"""Number of bytes of a name that its unfinished file's name keeps; a name may have 255 bytes."""
 
 
 @contextmanager

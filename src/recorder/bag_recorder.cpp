@@ -354,7 +354,7 @@ void BagRecorder::watch(TopicChoice choice) {
   subscriptions_.choose(intake_.sources());
 }
 
-/// Returns the prefixes of the recorder's own topics, which patterns never take.
+/// Returns the prefixes of the recorder's own topics, which patterns never select.
 std::vector<std::string> BagRecorder::ownPrefixes() const { return {kOwnPrefix, name_ + "/"}; }
 
 void BagRecorder::connect() {

@@ -219,7 +219,7 @@ ros::Time Recording::end() const {
   return end_;
 }
 
-/// Returns whether no more messages are taken; the mutex must be locked.
+/// Returns whether no more messages are accepted; the mutex must be locked.
 bool Recording::isClosed() const { return closing_ || !status_.problem.empty(); }
 
 /// Notifies the owner, unless the owner ended the recording.

@@ -15,7 +15,7 @@ namespace process_visualizer::cloud {
 /// state, it runs like the wall clock.
 class DataClock {
  public:
-  /// Takes a state of the player.
+  /// Updates from a state of the player.
   /// \param wall_s  wall time at which it holds, s
   /// \param speed   seconds of the recording in a second; 0 while paused, below 0 backwards
   void follow(double wall_s, double speed);
@@ -46,7 +46,7 @@ class FusedClouds {
   /// Starts over without clouds; no sensor is silent yet.
   void begin(double now_s);
 
-  /// Takes a sensor's newest cloud, unless it was taken before the last jump.
+  /// Adds a sensor's newest cloud, unless its stamp is from before the last jump.
   void take(std::size_t sensor, const PlacedCloud& cloud, double now_s);
 
   /// Drops clouds from before a jump of the position in a recording: they show another moment. The

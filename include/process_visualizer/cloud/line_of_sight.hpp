@@ -20,8 +20,8 @@ using Neighbors = std::vector<Eigen::Vector3f>;
 std::vector<Neighbors> neighborsOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
                                    const Eigen::Vector3f& sensor);
 
-/// The points of surfaces that are visible from a place: those that face it and are not hidden by
-/// others.
+/// The points of surfaces that are visible from a position: those that face it and are not occluded
+/// by others.
 SurfaceCloud visibleFrom(const Eigen::Vector3f& place, const SurfaceCloud& points,
                          double spacing_m);
 

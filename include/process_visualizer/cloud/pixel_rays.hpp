@@ -9,8 +9,8 @@
 
 namespace process_visualizer::cloud {
 
-/// State of the images: distorted by the lens, or already rectified. Messages do not tell: a raw
-/// and a rectified image have the same camera info.
+/// State of the images: distorted by the lens, or already rectified. Messages do not contain it: a
+/// raw and a rectified image have the same camera info.
 enum class Lens { kDistorts, kRectified };
 
 /// A rectangle of pixels; the end column and row are exclusive.
@@ -20,7 +20,7 @@ struct PixelRange {
 
 /// Viewing rays of a camera's pixels, computed once for each camera info.
 ///
-/// A pixel's ray is its place in an image without distortion, in px from the principal point: a
+/// A pixel's ray is its position in an image without distortion, in px from the principal point: a
 /// point at depth z (m) on it lies at (ray.x / focal.x * z, ray.y / focal.y * z, z). The ray is NaN
 /// for pixels that the lens model cannot undistort.
 class PixelRays {

@@ -20,7 +20,7 @@ using Triangle = std::array<Eigen::Vector3f, 3>;
 /// A surface of triangles in any order; models' surfaces are rarely closed.
 using Surface = std::vector<Triangle>;
 
-/// Returns the place of a point, m.
+/// Returns the position of a point, m.
 template <typename Point>
 Eigen::Vector3f placeOf(const Point& point) {
   return {point.x, point.y, point.z};
@@ -56,7 +56,7 @@ Eigen::Vector3f closestPoint(const Triangle& triangle, const Eigen::Vector3f& po
 /// The smallest box around a surface whose edges are parallel to the axes.
 Eigen::AlignedBox3f boundsOf(const Surface& surface);
 
-/// Points on a surface; every place on it is within the spacing of one of them.
+/// Points on a surface; every position on it is within the spacing of one of them.
 std::vector<Eigen::Vector3f> samplesOf(const Surface& surface, float spacing_m);
 
 /// Adds points of a surface with their normals, one for each square of the spacing on average.

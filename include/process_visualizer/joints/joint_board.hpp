@@ -25,7 +25,7 @@ class JointBoard {
   /// \param period minimum time between two new positions of a joint that are passed on
   JointBoard(std::vector<std::string> joint_names, Clock::duration period);
 
-  /// Takes positions of some joints.
+  /// Adds positions of some joints.
   /// \param source the name of the node that published them
   void add(const JointPositions& joints, const std::string& source, Clock::time_point now);
 
@@ -45,7 +45,7 @@ class JointBoard {
   /// different positions of a joint, one of them perhaps a forgotten joint_state_publisher.
   std::vector<std::string> problems(Clock::time_point now) const;
 
-  /// Returns only the last of these; empty if no two nodes contradict each other.
+  /// Returns only the last of these problems; empty if no two nodes contradict each other.
   std::string conflict(Clock::time_point now) const;
 
  private:

@@ -30,8 +30,8 @@ struct Beginning {
   std::string configuration;  ///< of the cell; may be empty
 };
 
-/// Takes every arriving message into the memory and, if there is one, into the recording; counts
-/// messages, and has the recorder's state. Needs no node and no master. Thread-safe, except that
+/// Passes every arriving message to the memory and, if there is one, to the recording; counts
+/// messages, and holds the recorder's state. Needs no node and no master. Thread-safe, except that
 /// only one thread may give commands (begin, save, close, finish).
 class Intake {
  public:
@@ -40,7 +40,7 @@ class Intake {
   Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end,
          Machine machine = {});
 
-  void choose(TopicChoice choice);  ///< takes messages of these topics only
+  void choose(TopicChoice choice);  ///< accepts messages of these topics only
   TopicChoice choice() const;
   std::set<std::string> sources() const;  ///< the topics to subscribe to
   /// Adds new topics that match a pattern, except those with one of the prefixes, and forgets
@@ -74,7 +74,7 @@ class Intake {
   NumberedMessages recent(const MessageQuery& query) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
-  /// \param present text behind it until no topic of the recording is silent any more, or the
+  /// \param present text that follows it until no topic of the recording is silent any more, or the
   /// recording ends
   void addProblem(const std::string& problem, const std::string& present = "");
   void measureRates();                      ///< to be called about every second
@@ -106,7 +106,7 @@ class Intake {
   TopicBoard board_;
   RecentMessages recent_;
   std::set<std::pair<ros::Time, std::string>> marks_;  ///< since the last recording began
-  bool is_open_ = false;                               ///< the recording takes messages
+  bool is_open_ = false;                               ///< the recording accepts messages
   SteadyTime begin_, end_;                             ///< of the recording
   ros::Time last_time_;                                ///< time of its closing
   /// The current recording or, for its figures, the last one. Its thread uses the members above.

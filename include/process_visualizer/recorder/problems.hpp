@@ -36,7 +36,7 @@ class Problems {
  public:
   static constexpr std::size_t kMax = 20;  ///< number of remembered problems
 
-  /// \param present text behind it until `settle`
+  /// \param present text that follows it until `settle`
   void add(const std::string& text, const std::string& present = "") {
     problems_.push_back({text, present});
     ++count_;

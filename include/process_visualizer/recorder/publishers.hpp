@@ -49,7 +49,7 @@ LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>
 /// Asks every publisher of the topics whether this node is among its subscribers.
 ///
 /// A publisher with a subscriber on its list sends it every message from then on; the subscriber's
-/// own side of the connection cannot tell that. A publisher whose address refuses connections is
+/// own side of the connection does not show that. A publisher whose address refuses connections is
 /// dead, even if the master still lists it. One that answers something else counts as connected as
 /// soon as this node has its side of the connection.
 /// \param old connections that do not count: some publishers keep connections that this node has
@@ -65,12 +65,12 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
                                                 const std::set<std::string>& topics,
                                                 double timeout_s);
 
-/// Limits what the kernel keeps unread of each connection of this process. To be called after new
-/// connections.
+/// Limits the unread data that the kernel holds for each connection of this process. To be called
+/// after new connections.
 ///
-/// roscpp reads one connection until nothing is left before it looks at the next one. On a busy
-/// computer images come faster than they are read, and joint states would wait for many seconds.
-/// With the limit, a part of an image is read, then all others; images are lost at their driver.
+/// roscpp reads one connection until it is empty before it reads the next one. On a busy computer
+/// images arrive faster than they are read, and joint states would wait for many seconds. With the
+/// limit, a part of an image is read, then all others; images are dropped at their driver.
 void limitUnread();
 
 }  // namespace process_visualizer::recorder

@@ -20,7 +20,7 @@ namespace process_visualizer::recorder {
 /// The newest message of each latching publisher, with which a bag must begin.
 class LatchedMessages {
  public:
-  void add(const Message& message);  ///< takes it if its connection latches
+  void add(const Message& message);  ///< keeps it if its connection latches
   /// The messages in order of arrival, with new times just before a bag's beginning, so that a
   /// player of the bag ends with the newest.
   std::vector<Message> at(const ros::Time& time) const;
@@ -65,9 +65,9 @@ class RecentMessages {
   RecentMessages(double duration_s, std::size_t limit_bytes)
       : duration_(duration_s), limit_bytes_(limit_bytes) {}
 
-  /// Takes a message; one from before simulated time begins (zero) only if it is latched.
+  /// Adds a message; one from before simulated time begins (zero) only if it is latched.
   void add(const Message& message);
-  /// Takes a message only if it is latched.
+  /// Adds a message only if it is latched.
   void addIfLatched(const Message& message);
   /// As in LatchedMessages.
   void forgetReplaced(const std::function<bool(const Message&)>& is_gone);

@@ -68,7 +68,7 @@ class Recording {
   ///   zero: at its last message
   void stop(const ros::Time& end = {});
 
-  bool isOver() const;  ///< true once it takes no more messages
+  bool isOver() const;  ///< true once it accepts no more messages
   RecordingStatus status() const;
   /// Number of messages that were pushed but not written, by topic; to be called after stop().
   const std::map<std::string, std::uint64_t>& unwritten() const { return unwritten_; }

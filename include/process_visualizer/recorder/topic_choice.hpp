@@ -22,7 +22,7 @@ class TopicChoice {
   TopicChoice() = default;
   /// \param names of topics
   /// \param patterns regular expressions for whole names
-  /// \param excluded regular expressions for whole names that patterns do not take
+  /// \param excluded regular expressions for whole names that patterns do not select
   /// \throws RecordingError if a name or an expression is invalid, or there are too many
   TopicChoice(const std::vector<std::string>& names, const std::vector<std::string>& patterns,
               const std::vector<std::string>& excluded);

@@ -71,7 +71,7 @@ class TopicBoard {
   void addDropped(const std::map<std::string, std::uint64_t>& counts);
 
   /// Computes the rates since the last call; to be called about every second. A late call changes
-  /// nothing, as messages from meanwhile may still be waiting; the next call covers both periods.
+  /// nothing, as messages of that time may still be waiting; the next call covers both periods.
   void measureRates(SteadyTime now);
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
   /// While counting: the regular topics that have fallen silent since the last call.

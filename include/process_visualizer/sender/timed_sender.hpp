@@ -46,7 +46,7 @@ class Agenda {
 /// all earlier ones, are sent and cannot be withdrawn.
 class TimedSender {
  public:
-  /// Takes the clock and the means of waiting of its thread.
+  /// \param wakeup  provides the clock and the waits of the thread
   /// @throws std::system_error if the system has no more descriptors.
   explicit TimedSender(std::unique_ptr<Wakeup> wakeup = std::make_unique<Wakeup>());
   ~TimedSender();

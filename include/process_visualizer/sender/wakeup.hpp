@@ -9,8 +9,8 @@ namespace process_visualizer::sender {
 /// The monotonic clock [ns].
 std::int64_t monotonicNow();
 
-/// A thread's wait, which ends at a time, or is ended by another thread or a socket. Times are of
-/// the monotonic clock, in nanoseconds; tests replace it, with a clock of their own.
+/// Lets a thread wait until a time, or until another thread or a socket ends the wait. Times are of
+/// the monotonic clock, in nanoseconds; tests replace this by a class with a clock of their own.
 class Wakeup {
  public:
   struct Event {

@@ -15,7 +15,7 @@ from process_visualizer.launching.part_report import NodeState, PartReport, Part
 
 
 class Session(QObject):
-    """The one place that says what is in force; models read it, and follow its signals.
+    """The single source of what is in force; models read it, and follow its signals.
 
     Models that read a configuration, launch nodes or open a recording put it in force here.
 
@@ -126,7 +126,7 @@ class Session(QObject):
 
     def set_run(self, launched: Optional[Choice], is_running: bool,
                 reports: Mapping[str, PartReport]) -> None:
-        """Take the launched choice, whether all of it has started, and the states of its parts."""
+        """Set the launched choice, whether all of it has started, and the states of its parts."""
         self.launched, self.running = launched, launched if is_running else None
         self.reports = reports
         self.run_changed.emit()
@@ -146,7 +146,7 @@ class Session(QObject):
             or any(node.state in (NodeState.EXITED, NodeState.FAILED) for node in report.nodes))
 
     def take_player(self, player: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the player; None when the player is gone."""
+        """Set the newest state of the player; None when the player is gone."""
         if player is not None or self.player is not None:
             self.player = player
             self.player_changed.emit()

@@ -122,14 +122,14 @@ def printable(text: str) -> str:
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
-"""Too short to be noticed, but long enough to prepare the first messages before they are due."""
+"""Head start [ns] to prepare the first messages before they are due; too short to be noticed."""
 SIGNALS_S = 0.5  # maximum time until the main thread handles a signal
 TENDING_S = 0.5  # period of housekeeping
 REPEAT_S = 2.0
 """Period [s] of publishing the scene while paused.
 
-It serves nodes that started or lost the scene since then and do not subscribe to the player itself
-(a robot's model follows its /tf).
+This serves nodes that have started or lost the scene meanwhile, and that do not subscribe to the
+player itself (a robot's model follows its /tf).
 """
 
 
@@ -244,8 +244,8 @@ class BagPlayer:
     def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
         """Set rate, loop and start (None: the beginning, or the end if backward); accept commands.
 
-        The loop is what is played without it: from the start to the end or, if backward, to the
-        beginning.
+        The loop covers the part that would be played without it: from the start to the end or, if
+        backward, to the beginning.
 
         Raises:
             CommandRefused: the part to play is too short for a loop.
@@ -415,7 +415,7 @@ class BagPlayer:
                         self._playback.uneven_parts.heard, self._node)
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
-        """Return the bag time [ns] played at a wall time [ns]; None if a jump came since."""
+        """Return the bag time [ns] that was played at a wall time [ns]; None if a jump followed."""
         time = self._published_states.bag_time(stamp_ns / NS_PER_S)
         if time is None or time.segment != self._timeline.state.segment:
             return None
@@ -491,7 +491,7 @@ def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Tim
     end_ns = recording.end_ns
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
-    # no two players have the same segments: receivers know by them that the position has jumped
+    # Each player has other segment numbers: by them receivers recognize that the position jumped.
     segment = clock.monotonic_ns() // 1_000_000 % (1 << 31)
     return Timeline(recording.begin_ns, end_ns, clock, HEAD_START_NS, segment)
 

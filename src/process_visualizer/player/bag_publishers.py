@@ -63,7 +63,7 @@ class TopicPublisher(rospy.SubscribeListener):
         self._topic = sender.add_topic(latch, queue_size or UNLIMITED,
                                        QUEUE_BYTES if queue_size else UNLIMITED)
         self._on_subscribe = on_subscribe
-        self._lock = threading.Lock()  # subscribers come and go in several threads
+        self._lock = threading.Lock()  # subscribers connect and disconnect in several threads
         self._links: Dict[int, int] = {}  # by the identity of rospy's connection
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', SyntaxWarning)  # no queue_size: this class has a queue
@@ -119,7 +119,7 @@ def _descriptor(connection: Any) -> int:
 
 
 def message_class(connection: Connection) -> Type[rospy.AnyMsg]:
-    """Return a message class by which rospy announces the connection in the bag to subscribers.
+    """Return a message class with which rospy announces the connection in the bag to subscribers.
 
     The definition is only passed on, not parsed.
     """
@@ -298,7 +298,7 @@ def without_conflicts(topics: Sequence[PublishedTopic],
                       others: OtherNodes) -> Tuple[List[PublishedTopic], List[str]]:
     """Return the topics that can be published beside other nodes, and problems with the others.
 
-    The publishers themselves are asked: the master still has the types of nodes that have gone.
+    This asks the publishers themselves, as the master keeps the types of nodes that have gone.
 
     Raises:
         rosgraph.MasterException, MasterUnreachable: the master does not answer.
@@ -362,7 +362,7 @@ SETTLING_S = 0.3
 
 
 class SimulatedClock:
-    """Publisher of /clock in a separate thread, which runs under load, and stops while paused.
+    """Publishes /clock in a separate thread, even under load; stops while paused.
 
     When time jumps back, RViz and tf2 discard their data, some time after they receive the jump;
     messages sent before that are lost. ``on_settled`` is called when that is over.

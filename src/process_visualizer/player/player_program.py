@@ -116,7 +116,7 @@ def main(arguments: Optional[Sequence[str]] = None,
     return exit_code(lambda: _play(options, words, recording_type))
 
 
-_MASTER_LOST = (MasterUnreachable, ConnectionRefusedError)  # the latter if rospy asks
+_MASTER_LOST = (MasterUnreachable, ConnectionRefusedError)  # the latter if rospy calls the master
 
 
 def exit_code(play: Callable[[], int]) -> int:
@@ -138,7 +138,7 @@ def exit_code(play: Callable[[], int]) -> int:
 
 
 def take_priority() -> None:
-    """Raise the priority over busy programs, if the user may and did not choose another."""
+    """Raise the priority above busy programs, if the user may do so and chose no other one."""
     if os.getpriority(os.PRIO_PROCESS, 0) == 0:
         with contextlib.suppress(PermissionError):  # without it, messages may be less punctual
             os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)

@@ -40,8 +40,9 @@ _ENDED = 'the player is ending'
 class PlayerServices:
     """One service for each command; each answers with success and a message.
 
-    The services stay advertised until the node ends, and rospy unregisters them all. Its shutdown,
-    in a thread of its own, leaves at the master what another thread is just unregistering.
+    The services stay advertised until the node ends, when rospy unregisters them all. rospy shuts
+    down in a thread of its own, and would leave a service registered with the master if another
+    thread was just unregistering it.
     """
 
     def __init__(self, control: PlayerControl, after: Callable[[], None],
@@ -92,7 +93,7 @@ class StatePublisher:
     """A thread that publishes ~state, latched, and keeps the rate parameter up to date."""
 
     def __init__(self, state: Callable[[], PlayerState], node: NodeHandle) -> None:
-        """Take a function that returns the message; nothing is published before ``begin``."""
+        """Set the function that returns the message; nothing is published before ``begin``."""
         self._state, self._node = state, node
         self._publisher = node.publisher('~state', PlayerState, latch=True, queue_size=10,
                                          tcp_nodelay=True)
@@ -170,7 +171,7 @@ class TopicReadingService:
         node.serve('~read', ReadTopic, self._read)
 
     def close(self) -> None:
-        """Refuse all later questions."""
+        """Refuse all later requests."""
         self._has_ended = True
 
     def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:

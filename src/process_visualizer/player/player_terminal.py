@@ -147,7 +147,7 @@ class TerminalCommands:
     """The commands of the keys: those of the player, and some that depend on its status."""
 
     def __init__(self, control: PlayerControl) -> None:
-        """Take the player's commands."""
+        """Initialize with the player's commands."""
         self._control = control
         self._loop_begin_s = 0.0
         self._by_command: Dict[Command, Callable[[int], str]] = {
@@ -185,7 +185,7 @@ class Screen:
     """The output of a program: a terminal, or a file."""
 
     def __init__(self, output: TextIO) -> None:
-        """Take the stream to write to."""
+        """Initialize with the stream to write to."""
         self._output = output
         self.is_terminal = output.isatty()
         self.encoding = output.encoding
@@ -340,7 +340,7 @@ class Keyboard:
     """
 
     def __init__(self, terminal: int = 0, wait: Wait = wait_for_input) -> None:
-        """Take the file descriptor of the terminal, by default standard input."""
+        """Initialize with the file descriptor of the terminal, by default standard input."""
         self._terminal, self._wait = terminal, wait
         self._saved: Optional[List[Any]] = None  # attributes of the terminal while it is changed
         self._using = threading.RLock()  # for reading and its mode
@@ -357,7 +357,7 @@ class Keyboard:
             weakref.finalize(self, os.close, end)  # not while a thread still uses this object
 
     def __enter__(self) -> Keyboard:
-        """Take the terminal, if there is one and this process is in its foreground."""
+        """Start to use the terminal, if there is one and this process is in its foreground."""
         self._main_thread = threading.get_ident()
         if os.isatty(self._terminal):
             self._handle(signal.SIGTSTP, self._suspend)

@@ -7,31 +7,31 @@ from collections import deque
 from typing import Deque, Tuple
 
 _MIN_BYTES, _MAX_WINDOW_BYTES = 24 << 10, 2 << 20
-"""Limits of the window; the largest bounds the old data when a wide link becomes thin: 1.7 s of
+"""Limits of the window. The maximum bounds the old data when a fast link becomes slow: 1.7 s of
 10 Mbit/s."""
 _BEGIN_BYTES, _BEGIN_S = 64 << 10, 0.1
 _LARGE_S, _MIN_LARGE_BYTES = 0.15, 16 << 10
 _QUEUED_S = 0.06
-"""Maximum delay of an answer beyond the quickest one, by queues on the way."""
+"""Maximum delay of an answer beyond the quickest one, caused by queues along the route."""
 _SHRINK, _MIN_SHRINK = 0.8, 0.1
 _OVERDUE = 2.0
-"""Factor by which an answer exceeds its maximum time when a link has become thin."""
+"""Factor by which an answer exceeds its maximum time when a link has become slow."""
 _RESERVE = 2.0
 _QUICKEST_S = 20.0
 """Time for which the quickest answer counts: the route may change."""
 _RATE_S = 0.5
 _PROBE, _PROVED_S = 8.0, 20.0
 """Factor by which large messages may exceed the highest rate that the link has carried lately, and
-time for which that counts [s]: small messages alone show little of what a link carries."""
+time for which that rate counts [s]: small messages alone do not show what a link can carry."""
 
 
 class LinkWindow:
     """Adapts a window to the viewer's acknowledgments; times [s] come from a clock without jumps.
 
-    TCP alone fills every buffer on the way, up to seconds of a thin link. So the data in flight are
-    limited to what the link carries during an answer: the window grows while answers are as quick
-    as possible, and shrinks when they become slower. When a link becomes thin, answers are missing
-    at first, so nothing large is sent while an answer is overdue.
+    TCP alone fills every buffer along the route, which delays data by seconds on a slow link. So
+    the data in flight are limited to what the link carries during an answer: the window grows while
+    answers are as quick as possible, and shrinks when they become slower. When a link becomes slow,
+    answers are overdue at first, and nothing large is sent meanwhile.
     """
 
     def __init__(self, least_bytes: int = _MIN_BYTES, begin_bytes: int = _BEGIN_BYTES,
@@ -47,7 +47,7 @@ class LinkWindow:
         self._queued_s, self._longest_s = queued_s, longest_s
         self._sent = self._acknowledged = 0
         self._marks: Deque[Tuple[int, float]] = deque()  # bytes sent up to a time
-        self._quickest: Deque[Tuple[float, float]] = deque()  # rising: time, answer [s]
+        self._quickest: Deque[Tuple[float, float]] = deque()  # ascending: time, answer [s]
         self._shrunk_s = self._rate_begin_s = float('-inf')
         self._rate_bytes = 0
         self._bytes_s = 0.0

@@ -84,7 +84,7 @@ def listening_address(environment: Mapping[str, str], is_remote: bool) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address or name is that of the loopback interface; a name is looked up."""
+    """Return whether an address or name is that of the loopback interface; names are resolved."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -40,7 +40,7 @@ class Offer(NamedTuple):
 
     ``view`` is the content of an .rviz file; ``models`` has the descriptions by parameter, and
     ``meshes`` the files by their URIs in the descriptions. ``cell`` (computer and port of its ROS
-    master) tells cells of one computer apart; it is empty from versions that do not send it.
+    master) distinguishes cells of one computer; it is empty from versions that do not send it.
     """
 
     version: str

@@ -121,7 +121,7 @@ class PacketReader:
         self._is_greeted = False
 
     def take(self, data: bytes) -> List[Packet]:
-        """Take bytes; return the packets that are complete now.
+        """Process bytes; return the packets that are complete now.
 
         Raises:
             PacketsBroken: the bytes are not packets.
@@ -168,7 +168,7 @@ class MessageParts:
         self._open_bytes = 0
 
     def begin(self, packet: Packet) -> List[Message]:
-        """Take the beginning of a message; return the message if it is empty.
+        """Process the beginning of a message; return the message if it is empty.
 
         Raises:
             PacketsBroken: the packet is not a valid beginning.
@@ -183,7 +183,7 @@ class MessageParts:
         return self._completed(packet.channel)
 
     def part(self, packet: Packet) -> List[Message]:
-        """Take a part; return the message if it is now complete.
+        """Add a part; return the message if it is now complete.
 
         Raises:
             PacketsBroken: the message has not begun, or is longer than announced.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds and images reduced to the size that a thin link carries."""
+"""Clouds and images reduced to the size that a slow link carries."""
 from __future__ import annotations
 
 import math
@@ -62,7 +62,7 @@ def _thinned_cloud(data: bytes, most_bytes: float) -> bytes:
 
 def _somewhere(points: np.ndarray, offsets: 'dict[bytes, Tuple[int, int]]',
                number: str) -> np.ndarray:
-    """Return the points with finite coordinates; a coordinate that is no float32 is not judged."""
+    """Return the points with finite coordinates; only float32 coordinates are checked."""
     known = np.ones(len(points), bool)
     for axis in (b'x', b'y', b'z'):
         offset, datatype = offsets.get(axis, (0, 0))

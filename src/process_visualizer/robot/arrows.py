@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Arrows: style and length, place, the numbers beside them, and the style of the ghost's."""
+"""Arrows: their style, length and position, the numbers beside them, the style of ghost arrows."""
 from __future__ import annotations
 
 import math
@@ -143,10 +143,10 @@ def line_of_block(text: str, line: int, line_count: int) -> str:
 
 
 def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple:
-    """Return the place of a robot's numbers, (3,) [m] from the tool along the base frame's axes.
+    """Return the position of a robot's numbers, (3,) [m] from the tool in the base frame's axes.
 
-    The numbers are beyond the tool as seen from the robot's foot, and along the foot's z axis:
-    those of a hanging robot are below its tool, away from those of a standing one.
+    The numbers are beyond the tool as seen from the robot's base, and offset along the base frame's
+    z axis: below the tool of a robot that hangs, above the tool of one that stands.
 
     Args:
         tool_position: (3,) [m] in the base frame.
@@ -158,7 +158,7 @@ def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple
     return outward_m * outward[0], outward_m * outward[1], up_m
 
 
-# Display of a process variable: the text, the length of the arrow, the place of the text.
+# Display of a process variable: the text, the length of the arrow, the position of the text.
 
 Number = Union[int, float]
 
@@ -249,7 +249,7 @@ def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[flo
     """Return the middle of a block of texts, (3,) [m] in the arrows' common frame.
 
     The block is on the frame's z axis, above the arrows' feet and tips, where no arrow crosses it;
-    its height is limited, so that a long arrow does not move it out of sight.
+    its height is limited, so that a long arrow does not move it out of view.
 
     Args:
         vectors: the arrows, (3,) [m] each, from the frame's origin.

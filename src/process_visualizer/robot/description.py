@@ -46,8 +46,8 @@ def rename_links(robot: ElementTree.Element, prefix: str) -> None:
 
 
 _MAX_LINKS = 1000
-_COMMENT = re.compile('<!--(.*?)-->', re.DOTALL)
 """Maximum number of links of an untrusted model, far more than a robot has."""
+_COMMENT = re.compile('<!--(.*?)-->', re.DOTALL)
 _OWN_CONFIGURATION = 'name a configuration of your own with --config'
 
 
@@ -176,7 +176,7 @@ def _read(path: str) -> str:
 
 
 def _without_loose_comments(text: str) -> str:
-    """Blank comments with two hyphens, which XML forbids and urdfdom reads, as in a PR2's model."""
+    """Blank comments with two hyphens: XML forbids them, urdfdom reads them (in a PR2's model)."""
     def strict(comment: Match[str]) -> str:
         is_loose = '--' in comment[1] or comment[1].endswith('-')
         return '\n' * comment[0].count('\n') if is_loose else comment[0]

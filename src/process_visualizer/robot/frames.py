@@ -27,7 +27,7 @@ class FrameTree:
     """The fixed frames by name; changes that would make tf2 fail are refused."""
 
     def __init__(self, frames: Iterable[Frame]) -> None:
-        """Take the frames.
+        """Initialize with the frames.
 
         Raises:
             ValueError: a frame is given twice, has no name or parent, or is its own ancestor.

@@ -15,13 +15,13 @@ class JointMatching:
 
     def __init__(self, robot: str, joints: Sequence[str],
                  offsets: Mapping[str, float] = {}, prefix: str = '') -> None:
-        """Take the names.
+        """Initialize with the names.
 
         Args:
-            robot: with ``robot``, a driver's ``elbow`` also stands for the joint ``robot/elbow``.
+            robot: with ``robot``, a driver's ``elbow`` also denotes the joint ``robot/elbow``.
             joints: the measured joints, in the order of a message without names.
             offsets: [rad or m] by joint name; those of other joints are ignored.
-            prefix: with ``left_``, a driver's ``left_elbow`` also stands for the joint ``elbow``.
+            prefix: with ``left_``, a driver's ``left_elbow`` also denotes the joint ``elbow``.
         """
         self.joints = tuple(joints)
         self._meant: Dict[str, str] = {}
@@ -77,14 +77,14 @@ class JointHistory:
         self._last: Dict[str, float] = {}
 
     def add(self, time_s: float, positions: Mapping[str, float]) -> None:
-        """Take positions [rad or m] of some joints by name; start over if the time goes back."""
+        """Add positions [rad or m] of some joints by name; start over if the time goes back."""
         if self._states and time_s < self._states[-1].time_s:
             self._states.clear()
         self._last = {**self._last, **positions}
         self._states.append(_State(time_s, self._last))
 
     def at(self, time_s: float) -> Dict[str, float]:
-        """Return the positions at a time; 0 stands for the last ones. No extrapolation."""
+        """Return the positions at a time, without extrapolation; at time 0, the last positions."""
         later: Optional[_State] = None
         for state in reversed(self._states):
             if not time_s or time_s >= state.time_s:
@@ -100,7 +100,7 @@ def _between(before: _State, after: _State, time_s: float) -> Dict[str, float]:
 
 
 class JointTrack(NamedTuple):
-    """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), rising; NaN where unknown."""
+    """Positions (n, k) [rad or m] of k joints at ``times_s`` (n,), ascending; NaN where unknown."""
 
     joints: Tuple[str, ...]
     times_s: np.ndarray

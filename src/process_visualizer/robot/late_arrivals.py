@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages that arrived late and together: their arrival times say nothing.
+"""Messages that arrived late in a bunch, so that their arrival times are meaningless.
 
-This happens when the recorder hung, its computer stood still, or the network did. Without stamps
-the time of such a message is unknown, and a velocity computed with it would be false.
+This happens when the recorder, its computer or the network hung. Without stamps the time of such a
+message is unknown, and a velocity computed with it would be wrong.
 """
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ import numpy as np
 SILENCE_S = 1.0
 """Minimum duration of a silence [s]."""
 UNSURE_S = 0.1
-"""Time after a silence or a bunch [s] in which messages may still be old ones."""
+"""Time after a silence or a bunch [s] in which messages may still be delayed ones."""
 _SILENCE_NS, _UNSURE_NS = int(1e9 * SILENCE_S), int(1e9 * UNSURE_S)
 _SILENCE_PERIODS = 5.0
 _MAX_PERIOD_NS = 200_000_000
-"""Longest period of a judged topic; slower ones are often sent on change, after any silence."""
+"""Maximum period of a checked topic; slower ones are often sent on change, after any silence."""
 _BUNCHED = 0.5
 """Messages after a silence that take less than this share of the usual time were held up."""
-_WINDOW, _MIN_MESSAGES = 8, 2  # messages before one by which it is judged
+_WINDOW, _MIN_MESSAGES = 8, 2  # messages before a message by which it is judged
 _CATCHES_UP_NS = 2_000_000_000
 """Maximum time after a silence in which messages that were held up arrive."""
 _KEPT, _MIN_INTERVALS = 200, 10  # intervals by which the usual one is determined
 
 
 class LateArrivals:
-    """Finds the messages of one connection that were held up; takes them part by part."""
+    """Finds the messages of one connection that were held up; the messages are given in parts."""
 
     def __init__(self, period_s: float = 0.0, since_ns: int = 0) -> None:
-        """Take what is known of the messages before the first part.
+        """Set what is known about the messages before the first part.
 
         Args:
-            period_s: their usual period; 0: it is learned.
-            since_ns: the time since which none arrived; 0: that is not known.
+            period_s: their usual period; 0 to learn it.
+            since_ns: the time since which none has arrived; 0 if unknown.
         """
         self._period_ns = 1e9 * period_s
         self._last_ns = since_ns
@@ -115,26 +115,26 @@ class LateConnections:
 
 
 # Shorter delays. The messages of a driver that sends evenly can be dated if none of them was lost:
-# each was measured a period before the next one. If some were lost, nobody knows between which.
+# each was measured a period before the next one. If some were lost, it is unknown where.
 
 _MAX_EVEN_PERIOD_S = 0.05
 _UNEVEN, _EVEN_MESSAGES = 0.5, 20
 _DELAY_PERIODS, _DELAY_S = 3.0, 0.02
 _AT_ONCE = 0.3
-"""Share of a period below which messages came together."""
+"""Interval, as a share of the period, below which messages arrived together."""
 _BUNCHES = 0.5
-"""Minimum number of messages that came together for each delay."""
+"""Minimum number of intervals between messages that arrived together, for each delay."""
 _SPREAD = 0.2
 """Spread of intervals, as a share of the usual one, from which on a driver is irregular."""
 _MAX_DELAY_S = 0.3
-"""Delay after which it is not known whether the driver itself stood still [s]."""
+"""Delay [s] above which the driver itself may have hung."""
 _LOST_PERIODS, _LOST_S = 2.5, 0.02
 
 
 class Undated(NamedTuple):
     """Messages whose time of measurement is unknown: a mask (n,).
 
-    Those from row ``open_from`` on arrive irregularly, and what follows may show more.
+    Messages from row ``open_from`` on arrive irregularly; later messages may show more.
     """
 
     rows: np.ndarray
@@ -151,8 +151,8 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
     """Return the messages between which others were lost while they arrived irregularly.
 
     Args:
-        arrival_s: the times of arrival (n,), rising.
-        measured_s: the latest possible times of measurement (n,), rising.
+        arrival_s: the times of arrival (n,), ascending.
+        measured_s: the latest possible times of measurement (n,), ascending.
         period_s: of the driver; its intervals satisfy `is_even`.
     """
     count = len(arrival_s)

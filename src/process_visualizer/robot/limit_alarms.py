@@ -86,11 +86,11 @@ class LimitWatch:
         return self._open if self._open is not None and _is_long(self._open) else None
 
     def add(self, time_s: float, value: float) -> None:
-        """Take a value; times [s] must not decrease."""
+        """Add a value; times [s] must not decrease."""
         self.add_all(np.array([time_s]), np.array([value], dtype=float))
 
     def add_all(self, times_s: np.ndarray, values: np.ndarray) -> None:
-        """Take values (n,) in the order of their times (n,) [s]."""
+        """Add values (n,) in the order of their times (n,) [s]."""
         for run in _runs(self._limits, times_s, values):
             self._take(run)
 
@@ -130,7 +130,7 @@ def limit_alarms(limits: Limits, times_s: np.ndarray,
 
     Args:
         limits: the variable's limits.
-        times_s: (n,) [s], rising.
+        times_s: (n,) [s], ascending.
         values: (n,), finite.
     """
     watch = LimitWatch(limits)

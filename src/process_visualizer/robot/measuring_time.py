@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The time at which a message was measured: its stamp if that is plausible, else its arrival.
 
-Live, a topic's messages come one by one (MeasuringTime). Of a recording all are known, so those
-without stamps can be dated by the ones that follow (measuring_times).
+Live, a topic's messages arrive one by one (MeasuringTime). In a recording all messages are known,
+so those without stamps can be dated by the messages that follow (measuring_times).
 """
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class MeasuringTime:
         return self._standing
 
     def wall_s(self, stamp_s: float, arrival_s: float) -> float:
-        """Return the wall time [s] of a message; a stamp of 0 stands for no stamp."""
+        """Return the wall time [s] of a message; a stamp of 0 means no stamp."""
         if not stamp_s or abs(arrival_s - stamp_s) > USABLE_WITHIN_S:
             self._standing = False
             return arrival_s
@@ -53,13 +53,13 @@ def sending_period_s(arrival_s: np.ndarray) -> float:
 
 def measuring_times(arrival_s: np.ndarray, stamp_s: np.ndarray,
                     period_s: Optional[float] = None) -> np.ndarray:
-    """Return the measuring times of poses [s] (n,), rising.
+    """Return the measuring times of poses [s] (n,), ascending.
 
     These are the usable stamps. Without stamps from the driver, each pose was measured at least a
     period before the next one: see ToolVelocity.
 
     Args:
-        arrival_s: the times of recording (n,), rising.
+        arrival_s: the times of recording (n,), ascending.
         stamp_s: the stamps (n,) on the same clock; NaN without a stamp.
         period_s: the period of the whole recording if the poses are only a part of it.
     """
@@ -76,7 +76,7 @@ def certain_rows(arrival_s: np.ndarray, stamp_s: np.ndarray, period_s: Optional[
     """Return a mask (n,) of poses whose measuring times are known; see ``measuring_times``.
 
     Without stamps, the times of poses that were held up are unknown: see LateArrivals and
-    ``undated``. All poses from ``since_s`` on are given.
+    ``undated``. The arguments include all poses from ``since_s`` on.
     """
     if np.isfinite(stamp_s).any():
         return np.ones(len(arrival_s), bool)

@@ -52,8 +52,9 @@ _ENDINGS = ('.stl', '.dae', '.obj')
 def mesh_problem(address: str) -> str:
     """Return why RViz must not open the mesh of a marker that others wrote; '' if it may.
 
-    RViz would ask any computer, wait at a pipe, and read a device or the scene of a hostile file
-    without end. Files of installed packages may have any format; a missing file is none of that.
+    RViz would contact any computer, wait forever at a pipe, and read a device or the scene of a
+    hostile file without end. Files of installed packages may have any format. A missing file is
+    no such problem.
     """
     if not _HERE.match(address):
         return f'RViz would ask another computer for the mesh {shortened(address)}'

@@ -57,12 +57,12 @@ def interpolated(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, l
 
     Args:
         times_s: (m,).
-        known_s: (n,), rising.
+        known_s: (n,), ascending.
         values: (n, k).
         longest_s: the limit of gaps [s].
         rotation: the columns of x y z w, which are interpolated along the shorter way.
-        equal: gaps between values that differ by no more than this have no limit; below 0, all
-            gaps have one.
+        equal: gaps between values that differ by no more than this are not limited; below 0,
+            all gaps are limited.
     """
     if not len(known_s):
         return np.full((len(times_s), values.shape[1]), np.nan)

@@ -46,7 +46,7 @@ def slope_windows(times_s: np.ndarray, values: np.ndarray, window_s: float,
     is ignored for up to half a window; no window extends over a gap of more than gap_s.
 
     Args:
-        times_s: (n,), rising.
+        times_s: (n,), ascending.
         values: (n, d).
         window_s, gap_s: [s].
     """
@@ -131,7 +131,7 @@ def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.n
     A speed is the least-squares slope of positions over a window of WINDOW_S, at its mean time.
 
     Args:
-        times_s: (n,), rising.
+        times_s: (n,), ascending.
         positions: (n, 3) [m].
     """
     windows = slope_windows(times_s, positions, WINDOW_S)
@@ -157,10 +157,10 @@ class RecordedVelocity:
 
     def __init__(self, times_s: np.ndarray, positions: np.ndarray,
                  quaternions: Optional[np.ndarray] = None, window_s: float = WINDOW_S) -> None:
-        """Take poses.
+        """Initialize with poses.
 
         Args:
-            times_s: the measuring times (n,), rising; see ``measuring_times``.
+            times_s: the measuring times (n,), ascending; see ``measuring_times``.
             positions: (n, 3) [m].
             quaternions: (n, 4) x y z w, of any length but zero; without them there is no angular
                 velocity.

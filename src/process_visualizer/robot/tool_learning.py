@@ -77,13 +77,13 @@ class ToolLearner:
     """Collects samples of one robot, and draws the conclusion."""
 
     def __init__(self, chosen: str, bodies: Mapping[str, Body]) -> None:
-        """Take the chosen frame, and the bodies of the model's frames (including the base)."""
+        """Set the chosen frame, and the bodies of the model's frames (including the base)."""
         self._chosen, self._bodies = chosen, bodies
         self._samples: List[_Sample] = []
 
     def add(self, joints: Mapping[str, float], frames: Mapping[str, Placement], position: Vector,
             quaternion: Optional[Quaternion] = None) -> None:
-        """Take a pose, and the model's frames in the base frame at the same time.
+        """Add a pose, and the model's frames in the base frame at the same time.
 
         Args:
             joints: the joints' positions; the sample replaces those with similar positions.

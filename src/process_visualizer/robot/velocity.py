@@ -56,7 +56,7 @@ class VelocityEstimator:
     and a spike when two messages arrive at once (thesis figure 6.15). Therefore:
 
     - A repeated position is ignored until it has been repeated for half a window: until then it
-      counts as a repetition, afterwards the point stands still.
+      counts as a repetition, afterwards the point is at rest.
     - The samples always span a window, so that bunched time stamps have little weight.
 
     The estimate is for the middle of the window: the delay is half a window. The time may run
@@ -64,7 +64,7 @@ class VelocityEstimator:
     """
 
     def __init__(self, window_s: float = 0.1, gap_s: float = GAP_S, max_samples: int = 250) -> None:
-        """Take the window [s], the maximum gap between samples [s], and their maximum number.
+        """Set the window [s], the maximum gap between samples [s], and their maximum number.
 
         Raises:
             ValueError: not 0 < window < gap.
@@ -230,7 +230,7 @@ class ToolVelocity:
     """
 
     def __init__(self, window_s: float) -> None:
-        """Take the window of the estimate [s]."""
+        """Set the window of the estimate [s]."""
         self._scaled = ScaledClock()
         self._estimator = VelocityEstimator(window_s, gap_s=max(GAP_S, 2.0 * window_s))
         self._period = SendingPeriod()
@@ -257,7 +257,7 @@ class ToolVelocity:
         self.settle(arrival_s)
 
     def settle(self, now_s: float) -> None:
-        """Take the poses that have waited long enough."""
+        """Process the poses that have waited long enough."""
         while self._waiting and self._is_settled(self._waiting[0], now_s):
             self._take(self._waiting.popleft())
 
@@ -298,7 +298,7 @@ class ToolVelocity:
     def _is_unsure(self, sample: _Arrival) -> bool:
         """Return whether a pose came just after a silence, and may be an old one.
 
-        A driver that hung, or a network, first delivers poses from the beginning of the silence.
+        A driver or a network that hung first delivers poses from the beginning of the silence.
         """
         if sample.arrival_s - self._last_arrival_s >= SILENCE_S:
             self._unsure_s = sample.arrival_s + UNSURE_S

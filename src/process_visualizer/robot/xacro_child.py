@@ -46,8 +46,8 @@ from process_visualizer.robot.xacro_command import import_xacro, xacro_version
 #
 # xacro evaluates expressions as Python. Its own limits leave ways out (``vars``, a generator's
 # frame), and it includes and loads any file. So the process that expands such a model refuses
-# everything unnecessary: other files, processes, connections, and expressions that reach into
-# Python. It does so by an audit hook, which cannot be removed.
+# xacro evaluates expressions as Python. Its own limits can be bypassed (``vars``, a generator's
+# frame), and it includes and loads any file. So the process that expands such a model refuses
 
 _MEMORY_BYTES, _TIME_S = 2_000_000_000, 30
 MAX_CHARACTERS = 10_000_000
@@ -176,10 +176,10 @@ def _text(source: 'str | bytes') -> str:
     return source if isinstance(source, str) else source.decode('utf-8', 'replace')
 
 
-# Search for the place of an element in the files, which xacro itself does not know.
+# Search for the position of an element in the files, which xacro itself does not know.
 
 class XacroPlace(NamedTuple):
-    """A file, and the line in it; 0 if that is unknown."""
+    """A file, and the line in it; 0 if the line is unknown."""
 
     file: str
     line: int

@@ -80,12 +80,12 @@ class Passages:
     """Detector of passages for numbers that come one by one."""
 
     def __init__(self, threshold: float, is_above: bool, hysteresis: float) -> None:
-        """Take the threshold as in ``passages_s``."""
+        """Set the threshold as in ``passages_s``."""
         self._threshold, self._is_above, self._hysteresis = threshold, is_above, hysteresis
         self._is_beyond: Optional[bool] = None
 
     def take(self, value: float) -> bool:
-        """Take the next number; return whether it passes the threshold."""
+        """Process the next number; return whether it passes the threshold."""
         beyond = value - self._threshold if self._is_above else self._threshold - value
         before = self._is_beyond
         if beyond > 0.0:

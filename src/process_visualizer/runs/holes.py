@@ -11,7 +11,7 @@ from process_visualizer.runs.series import data_gaps, period_s
 
 MIN_HOLE_S = 0.1
 _OFTEN_S = 0.25
-"""Maximum time between two messages of a topic [s] for a hole to tell that some are missing."""
+"""Maximum time between two messages of a topic [s] for a hole to show that some are missing."""
 
 
 def holes_s_of(run: Run) -> np.ndarray:

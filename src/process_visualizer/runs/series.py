@@ -47,7 +47,7 @@ def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarra
     """Return the gaps of a series, (k, 2) [s]: start and end of each.
 
     A driver, network or disk that was held up for a moment delivers everything afterwards, all at
-    once. If messages have no stamp, nobody knows when these values were measured: they belong to
+    once. If messages have no stamp, it is unknown when these values were measured: they belong to
     the gap.
 
     Args:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's orbiting camera: where it sees a whole cell, what it sees, and the grid below the cell."""
+"""RViz's orbiting camera: its pose for a whole cell, its visible points, and the grid below."""
 from __future__ import annotations
 
 import math
@@ -80,7 +80,7 @@ def _middle(across: np.ndarray, depth: np.ndarray) -> float:
 
 
 def grid_below(points: np.ndarray) -> Dict[str, Any]:
-    """Return cell size and place of a grid below the points, in RViz's terms."""
+    """Return cell size and position of a grid below the points, in RViz's terms."""
     if not len(points):
         return {}
     low, high = points.min(axis=0), points.max(axis=0)

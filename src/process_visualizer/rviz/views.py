@@ -57,7 +57,7 @@ class SavedViews:
     """
 
     def __init__(self, configuration: str, devices: Iterable[str]) -> None:
-        """Take the path of the configuration file and the names of the chosen devices."""
+        """Set the path of the configuration file and the names of the chosen devices."""
         path = os.path.abspath(configuration)
         key = hashlib.sha256('\0'.join([path, *sorted(devices)]).encode('utf-8', 'surrogateescape'))
         self.folder = (Path(rospkg.get_ros_home()) / 'process_visualizer' / 'views'

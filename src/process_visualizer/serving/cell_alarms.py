@@ -69,7 +69,7 @@ class CellAlarms:
     """Collects alarms; any thread may fill ``warnings``, only one thread may use the rest."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
-        """Take the devices of the cell."""
+        """Initialize with the devices of the cell."""
         self._devices = tuple(devices)
         self.warnings = NodeWarnings()
         self._watch = TopicWatch()
@@ -86,7 +86,7 @@ class CellAlarms:
         """The channels (device, label) that cannot be judged now."""
 
     def take_recorder(self, recorder: SeenRecorder) -> None:
-        """Take the recorder's state; one without usable numbers is left out."""
+        """Update from the recorder's state, unless its numbers are unusable."""
         numbers = [recorder.duration_s, *(it.rate_hz for it in recorder.topics),
                    *(it.silence_s or 0.0 for it in recorder.topics),
                    *(it.largest_gap_s for it in recorder.topics)]
@@ -99,7 +99,7 @@ class CellAlarms:
             for it in recorder.topics}
 
     def take_objects(self, sensor: str, objects: Sequence[SeenObject], wall_s: float) -> None:
-        """Take the unmodeled objects that a sensor sees."""
+        """Update from the unmodeled objects that a sensor sees."""
         watch = self._objects.get(sensor)
         if watch is not None:
             watch.take(objects, wall_s)

@@ -70,7 +70,7 @@ class LiveCell:
     """The live state of a cell; any thread may call its methods."""
 
     def __init__(self, cell: Cell, shared: PageCell, server: str) -> None:
-        """Take the cell, its models, and an identifier of this server."""
+        """Initialize with the cell, its models, and an identifier of this server."""
         self._lock = threading.Lock()
         self._has_sensors = any(it.type is DeviceType.DEPTH_SENSOR for it in cell.devices)
         self._server = server
@@ -99,23 +99,23 @@ class LiveCell:
         self.feed = LiveFeed()
 
     def take_transforms(self, data: bytes, is_static: bool) -> None:
-        """Take a message of /tf or /tf_static."""
+        """Process a message of /tf or /tf_static."""
         with self._lock:
             self._scene.take_transforms(data, is_static)
 
     def take_markers(self, topic: str, data: bytes, clock_s: float) -> None:
-        """Take a visualization_msgs/MarkerArray."""
+        """Process a visualization_msgs/MarkerArray."""
         with self._lock:
             self._scene.take_markers(topic, data, clock_s)
 
     def take_cloud(self, device: str, data: bytes) -> None:
-        """Take a sensor_msgs/PointCloud2 of a device."""
+        """Process a sensor_msgs/PointCloud2 of a device."""
         with self._lock:
             self._clouds[device], self._has_new_cloud = data, True
 
     def take_objects(self, sensor: str, message: DetectedObjects, wall_s: float,
                      clock_s: float) -> None:
-        """Take the unmodeled objects that a sensor sees."""
+        """Update the unmodeled objects that a sensor sees."""
         with self._lock:
             place = self._scene.place(message.header.frame_id.strip('/'))
             if place is not None:
@@ -123,26 +123,26 @@ class LiveCell:
             self.alarms.take_objects(sensor, seen_objects(message), wall_s)
 
     def take_curves(self, window: LiveWindow) -> None:
-        """Take the curves of the last seconds, on the clock of the page."""
+        """Update the curves of the last seconds, on the clock of the page."""
         with self._lock:
             self._lanes.take(window)
             self._marks, self._epoch_s = window.marks, window.epoch_s
             self._has_new_lanes = True
 
     def take_recorder(self, recorder: SeenRecorder) -> None:
-        """Take the recorder's state."""
+        """Update the recorder's state."""
         with self._lock:
             self.alarms.take_recorder(recorder)
 
     def take_player(self, player: SeenPlayer, clock_s: float) -> None:
-        """Take the player's state; a state with an invalid position is ignored."""
+        """Update the player's state; a state with an invalid position is ignored."""
         if not abs(player.position_s) < _MAX_S:
             return
         with self._lock:
             self._player = player, clock_s
 
     def take_verdict(self, text: str, clock_s: float) -> None:
-        """Take the launcher's verdict on the current run; see `verdict_entry`."""
+        """Update the launcher's verdict on the current run; see `verdict_entry`."""
         found = verdict_entry(text)
         with self._lock:
             self._verdict = found, clock_s
@@ -150,7 +150,7 @@ class LiveCell:
             self.alarms.departed = [tuple(it) for it in found.get('departed', ())]
 
     def take_bands(self, text: str, ahead_s: float = 0.0) -> None:
-        """Take the bands of good runs behind the curves; see `live_bands`.
+        """Update the bands of good runs behind the curves; see `live_bands`.
 
         ``ahead_s`` is by how much the clock of the page is ahead of the recorder's.
         """
@@ -163,7 +163,7 @@ class LiveCell:
             self._has_new_lanes = True
 
     def take_problem(self, text: str, wall_s: float) -> None:
-        """Take the reason why the cell cannot be seen; '': it can be seen."""
+        """Set the reason why the cell cannot be seen; '' if it can be seen."""
         with self._lock:
             before = '' if self._problem is None else self._problem.text
             if text != before:
@@ -216,7 +216,7 @@ class LiveCell:
                 separators=(',', ':'), allow_nan=False))
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return the current place of a frame in the cell; None if it is unknown."""
+        """Return the current pose of a frame in the cell; None if it is unknown."""
         with self._lock:
             return self._scene.place(frame)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Repeated calls in an event loop, which go on as before when the computer's clock is set.
+"""Periodic calls in an event loop, which continue when the computer's clock is set.
 
-tornado's PeriodicCallback counts on the time of day: set back by an hour, it waits for an hour.
+tornado's PeriodicCallback uses the time of day: if that is set back by an hour, it waits an hour.
 """
 from __future__ import annotations
 

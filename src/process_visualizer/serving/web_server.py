@@ -88,7 +88,7 @@ class LiveServer:
     def __init__(self, files: Dict[str, ServedFile], feed: LiveFeed, admission: Admission,
                  recent: Callable[[float, float], bytes],
                  on_viewer: Callable[[str], None] = lambda _text: None) -> None:
-        """Take the data to serve, see `Served`; call ``on_viewer`` when a viewer comes or goes."""
+        """Set the data to serve, see `Served`; call ``on_viewer`` when a viewer comes or goes."""
         self._served = Served(files, feed, admission, recent, set(),
                               _Budget(_RECENT_PER_S), on_viewer, {})
         shared = {'served': self._served}
@@ -151,8 +151,8 @@ def _no_log(_handler: RequestHandler) -> None:
 class _LimitedServer(HTTPServer):
     """A server with a limited number of connections, which drops stalled ones.
 
-    A new connection takes the place of the oldest one without an admitted request: whoever knows no
-    token could otherwise keep all others out by connections that say nothing.
+    A new connection replaces the oldest one without an admitted request. Otherwise, clients without
+    a token could keep all others out by connections that send nothing.
     """
 
     strangers: Dict[IOStream, None]
@@ -333,7 +333,7 @@ class _Viewer(_Handler, WebSocketHandler):
             self.send()
 
     def on_message(self, message: Union[str, bytes]) -> None:
-        """Take the number of received messages, the only valid message of a viewer."""
+        """Process the number of received messages, the only valid message of a viewer."""
         count = int(message) if isinstance(message, str) and message.isdecimal() else -1
         if self.pace is None or not self.pace.answered(count, time.monotonic()):
             self.close(1008)

@@ -127,7 +127,7 @@ def _asked(uri: str) -> _Said:
                                   master.getSystemState(CALLER_ID)]
     except (HTTPException, Error, ValueError) as error:
         raise ConnectionError(0, f'{NOT_A_MASTER} ({shown_in_line(error)[:80]})') from None
-    # The parameter stays when the relay ends, and so may the node's address, but no topic of it.
+    # The parameter outlives the relay, and so may the node's address, but none of its topics.
     texts = [it[2] if isinstance(it, list) and len(it) == 3 and it[0] == 1 else None
              for it in answers]
     listens = texts[0] if isinstance(texts[0], str) and _NODE in _registered(texts[1]) else ''

@@ -56,7 +56,7 @@ class ClockOffset:
         self._answers: Deque[Tuple[float, float]] = deque(maxlen=_LATEST)
 
     def take(self, asked_ns: int, there_ns: int, answered_ns: int) -> None:
-        """Take an answer: times here of question and answer, and the time there [ns]."""
+        """Process an answer: local times of question and answer, and the remote time [ns]."""
         if answered_ns < asked_ns:  # the clock was set back in between
             return
         between_ns = (asked_ns + answered_ns) // 2
@@ -82,17 +82,17 @@ class ClockOffset:
 _FIRST_FILE = 1 << 31
 _PING_S = 0.4
 _DEAD_S = 1.6
+"""Silence after which a connection is dead [s]: the relay answers every ping."""
 _STOOD_S = 5.0
-"""Time without a turn [s] after which the cell takes this viewer for dead."""
+"""Time without a turn of the loop [s] after which the cell considers this viewer dead."""
 ENDED = 'the cell has ended the connection'
 STOOD = 'this viewer stood still for {:.0f} s, and the cell has ended the connection'
-"""Silence after which a connection is dead [s]: the relay answers every ping."""
 _CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
 """Duration of an unanswered attempt, interval of attempts, pause after a connection [s]. Attempts
 overlap, so that one succeeds soon after the link is back."""
 _NO_ANSWER_S = 2.0
 _LOOK_S, _MAX_LOOK_S = 2.0, 16.0
-"""Pause before the first look for another address, and the longest one: they grow [s]."""
+"""Pause before the first search for another address, and the longest pause: they grow [s]."""
 _OFFER_S = 6.0
 """Time from the greeting, or the connection, to the offer, which a busy cell makes slowly [s]."""
 _RECEIVED_BYTES = 128 << 10
@@ -114,19 +114,19 @@ class Listener(Protocol):
     """Receiver of everything from the relay; methods are called in the connection's thread."""
 
     def on_offer(self, offer: Offer) -> None:
-        """Take the cell's offer, the first message of a connection."""
+        """Handle the cell's offer, the first message of a connection."""
 
     def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
-        """Take further topics."""
+        """Handle further topics."""
 
     def on_message(self, source: RelaySource, message: Message) -> None:
-        """Take a message."""
+        """Handle a message."""
 
     def on_left_out(self, counts: Dict[str, int]) -> None:
-        """Take the numbers of messages, by topic, that the link dropped in the last seconds."""
+        """Handle the numbers of messages, by topic, that the link dropped in the last seconds."""
 
     def on_lost(self, reason: str, heard_s: float) -> None:
-        """Note the loss of the connection, its reason, and the last data's time [s, monotonic]."""
+        """Handle the loss of the connection; ``heard_s`` is the last data's time [s, monotonic]."""
 
 
 class RelayConnection:
@@ -134,7 +134,7 @@ class RelayConnection:
 
     def __init__(self, address: Tuple[str, int], listener: Listener,
                  find: Optional[Callable[[], Tuple[str, int]]] = None) -> None:
-        """Take the relay's host and port, and the receiver of its messages.
+        """Set the relay's host and port, and the receiver of its messages.
 
         ``find`` returns the present host and port of the relay, as a restarted cell may have
         another port; it raises CellNotFound.
@@ -243,7 +243,7 @@ class RelayConnection:
         raise socket.timeout('no answer')
 
     def _converse(self, connection: socket.socket) -> str:
-        """Take what the cell sends; return why the connection has ended."""
+        """Process what the cell sends; return why the connection has ended."""
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.sendall(GREETING)
         if self._wanted:  # the offered topics are known already: messages arrive sooner
@@ -297,7 +297,7 @@ class RelayConnection:
             return json_packet(Kind.WANT, topics=list(self._wanted))
 
     def check(self, offer: Offer) -> None:
-        """Take the cell of an offer; an address that was looked up has to be of the same cell.
+        """Set the cell of an offer; an address that was looked up must belong to the same cell.
 
         Raises:
             OSError: another cell of that computer was found.
@@ -352,7 +352,7 @@ class _Talk:
         self._sources: Dict[int, RelaySource] = {}
 
     def take(self, data: bytes) -> None:
-        """Take bytes as they arrive.
+        """Process bytes as they arrive.
 
         Raises:
             PacketsBroken, ValueError: the bytes are not from a relay.

@@ -58,8 +58,8 @@ from process_visualizer.viewing.relay_connection import RelayConnection, RelaySo
 _QUEUE = 20
 _MAX_TOPICS, _MAX_SOURCES = 2000, 10_000
 _MAX_PROBLEMS = 100
-"""Maximum number of problems that are told: a faulty cell causes new ones all the time."""
-_TAIL = 6  # last lines of RViz that are told if it has failed
+"""Maximum number of problems that are reported: a faulty cell causes new ones all the time."""
+_TAIL = 6  # number of RViz's last lines that are reported if it has failed
 _MAX_WAITING = 16
 """Maximum number of events from the cell that wait to be handled."""
 _AMBER = (1.0, 0.7, 0.1, 1.0)
@@ -121,7 +121,7 @@ class OwnScene:
             own.publisher.withdraw(number, now_ns)
 
     def _note(self, problem: str) -> None:
-        """Note a problem that was not told yet, while they are not too many."""
+        """Note a problem that was not reported yet, unless there are too many."""
         if problem in self._told or len(self._told) > _MAX_PROBLEMS:
             return
         if len(self._told) == _MAX_PROBLEMS:
@@ -178,11 +178,13 @@ def _own_topic(name: str, topic: OfferedTopic, sender: TimedSender,
 
 _STEP_S = 0.25
 _THIN_S = 20.0
-"""Time without loss after which a link carries everything [s]; else the two would alternate."""
+"""Time without loss [s] after which the link counts as carrying everything.
+
+With a shorter time, the two reports would alternate."""
 _MAX_THINNED, _MAX_REASONS = 100, 20
 _STALE_AFTER_S, _ADVISE_AFTER_S = 1.0, 15.0
+"""Time without a connection after which the scene shows it, and after which there is advice [s]."""
 _PLAYED = 'a recording, not live'
-"""Time without a connection after which the scene shows it."""
 LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
 Say = Callable[[str], None]
 
@@ -196,7 +198,7 @@ class Viewer:
 
     def __init__(self, name: str, address: Tuple[str, int], find: Callable[[], Tuple[str, int]],
                  folder: str, say: Say, with_rviz: bool) -> None:
-        """``name`` is the user's name of the cell; ``folder`` receives files.
+        """``name`` is the user's name for the cell; ``folder`` receives files.
 
         ``address`` is that of the cell's relay; for ``find`` see RelayConnection.
         """
@@ -208,7 +210,7 @@ class Viewer:
         self._scene = OwnScene(self._changed_wants)
         self._connection = RelayConnection(address, self, find)
         self._said: Dict[str, str] = {}
-        self._losses: Set[str] = set()  # what has been said of the present loss
+        self._losses: Set[str] = set()  # reasons reported for the present loss
         self._left_out_s: Dict[str, float] = {}  # when a topic was last thinned
         self._offer: Optional[Offer] = None
         self._run: Optional[LaunchRun] = None
@@ -251,7 +253,7 @@ class Viewer:
         self._scene.close()
 
     def _put(self, act: Callable[[], None]) -> None:
-        """Let the main thread act; wait until it has time: the cell may send without end."""
+        """Queue an action for the main thread; wait for room, as the cell may send without end."""
         while not self._room.acquire(timeout=_STEP_S):
             if self._is_closing:
                 return
@@ -380,7 +382,7 @@ class Viewer:
             {it.name for it in run.reports() if it.state is NodeState.RUNNING}
 
     def _take_look(self, look: CellLook) -> None:
-        """Tell what no longer answers here, and that it answers again."""
+        """Report nodes that no longer answer here, and those that answer again."""
         count = len(self._board.events)
         self._board = self._board.seen(watch_conditions(
             Mode.REALTIME, look, dict.fromkeys(look.silent, RVIZ_PART)), time.monotonic())
@@ -400,7 +402,7 @@ class Viewer:
             self._losses.add(reason)
 
     def _take_left_out(self, counts: Dict[str, int]) -> None:
-        """Tell which topics are thinned; each one until it has come whole for some time."""
+        """Report the topics that are thinned; each until it has arrived in full for some time."""
         now_s = time.monotonic()
         self._left_out_s.update(dict.fromkeys(counts, now_s))
         recent = [it for it in self._left_out_s.items() if now_s - it[1] < _THIN_S]

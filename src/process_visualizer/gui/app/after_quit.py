@@ -14,7 +14,7 @@ from process_visualizer.gui.toolkit.labels import listing, sentence
 from process_visualizer.gui.toolkit.tasks import DelayedAct
 
 GRACE_S = 5.0
-"""Time during which the command to quit can be taken back [s]."""
+"""Time during which the command to quit can be canceled [s]."""
 
 
 _END_MS = 5000
@@ -22,10 +22,10 @@ _END_MS = 5000
 
 
 class AfterQuit(QObject):
-    """Quits all nodes, and then does what was wanted.
+    """Quits all nodes, and then does what was requested.
 
     It asks first if something would be lost. Otherwise it waits a moment, during which a second
-    click takes the command back.
+    click cancels the command.
     """
 
     close_wanted = pyqtSignal()
@@ -55,7 +55,7 @@ class AfterQuit(QObject):
             self._launcher.launch.quit()
 
     def quit(self) -> None:
-        """Quit all nodes, or take that back if they are about to quit; the window stays."""
+        """Quit all nodes, or cancel that if they are about to quit; the window stays."""
         if self.grace.is_waiting:
             self.grace.take_back()
         elif self._at_stake():

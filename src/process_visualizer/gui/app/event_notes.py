@@ -108,7 +108,7 @@ class EventNotes(QObject):
         self._marks = len(state.marks)
 
     def _finish(self, path: str) -> None:
-        """Save the events of a bag's recording; of a bag saved afterwards, those of its time."""
+        """Save the events of a recorded bag; for a bag saved afterwards, those of its time."""
         self._alarms.note(f'recorded {os.path.basename(path)}')
         if path in self._unfinished:
             self._write(path, self._unfinished.pop(path))

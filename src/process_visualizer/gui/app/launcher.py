@@ -83,7 +83,7 @@ def status_text(phase: LaunchPhase, mode: Optional[Mode], activity: str, trouble
 
 
 def _takes_topics(link: RosLink, topics: Sequence[str]) -> bool:
-    """Return whether the recorder has taken other topics; it need not be restarted then.
+    """Return whether the recorder has accepted other topics, so that no restart is needed.
 
     Raises:
         PlanError: it refuses, as a recording is in progress that a restart would end.
@@ -106,7 +106,7 @@ def recorder_activity(phase: RecordingPhase, is_silent: bool) -> str:
 
 def player_activity(player: Optional[PlayerSnapshot], is_silent: bool,
                     has_ended: bool = False) -> str:
-    """Return the activity of the player; none if its process has ended, which is a trouble."""
+    """Return the activity of the player; none if its process has ended, which counts as trouble."""
     if player is None or has_ended:
         return ''
     if is_silent:
@@ -203,7 +203,7 @@ class Launcher(QObject):
                 'recorded': self.recording.choices.changed_ticks}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take the ticks, comparisons and edits of an earlier session.
+        """Restore the ticks, comparisons and edits of an earlier session.
 
         Raises:
             AttributeError, KeyError, TypeError, ValueError: these are not settings.

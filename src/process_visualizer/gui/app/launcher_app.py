@@ -598,7 +598,7 @@ class Dropped(NamedTuple):
 
 
 def sort_out(paths: Sequence[str]) -> Dropped:
-    """Sort dropped paths by kind; '' stands for anything that is not a local file."""
+    """Sort dropped paths by kind; '' means anything that is not a local file."""
     names = [path.lower() for path in paths]
     if paths and all(name.endswith(_BAGS) for name in names):
         return Dropped(bags=tuple(paths))
@@ -624,7 +624,7 @@ class DropTarget(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
-        """Take files; leave all other events to the window."""
+        """Accept files; leave all other events to the window."""
         if not isinstance(event, QDropEvent) or not event.mimeData().hasUrls():
             return super().eventFilter(window, event)
         event.acceptProposedAction()

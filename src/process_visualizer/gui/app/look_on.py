@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Watching cells: that of another launcher, one on another computer, and this one in browsers."""
+"""Watching cells: another launcher's, one on another computer, and this one in browsers."""
 from __future__ import annotations
 
 import os
@@ -45,7 +45,7 @@ _OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to anoth
 
 
 class SecondLauncher(QObject):
-    """Offers to look on; emits ``ended`` when the user declines, or stops looking on.
+    """Offers to watch the other launcher's cell; emits ``ended`` when the user declines or stops.
 
     RViz keeps its last picture when the cell ends, and shows no sign of that. So a box in front of
     it then says since when the picture is out of date.
@@ -86,7 +86,7 @@ class SecondLauncher(QObject):
         print(owner.text, file=sys.stderr, flush=True)
 
     def take_look(self, look: CellLook) -> None:
-        """Tell from when on nothing has come from the cell, until it answers again."""
+        """Show since when nothing has come from the cell, until the cell answers again."""
         is_stale = look.silent >= set(CELL_NODES) or look.master_problem == MASTER_OTHER
         if is_stale and self.stale is None:
             self.stale = self._say_it_is_stale()
@@ -108,7 +108,7 @@ class SecondLauncher(QObject):
         return box
 
     def close(self) -> None:
-        """Close the question, or stop looking on."""
+        """Close the question, or stop watching."""
         self._watch.close()
         if self._is_asking:
             self.box.reject()
@@ -168,7 +168,7 @@ class SecondLauncher(QObject):
         self._watch.begin()
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
-        """Report a failed start; it is no problem if somebody ends a running RViz."""
+        """Report a failed start, but not that a running RViz was ended."""
         if error == QProcess.FailedToStart:
             self._report(self._rviz.errorString())
 
@@ -261,7 +261,7 @@ class WatchDialog(QDialog):
             self._is_stopping = True
             self._process.terminate()
             self._process.waitForFinished(_END_VIEW_MS)
-        self._process.blockSignals(True)  # the widgets that follow it are about to go
+        self._process.blockSignals(True)  # the widgets that follow it are about to be deleted
 
     def _toggle(self) -> None:
         if self.is_watching:
@@ -274,7 +274,7 @@ class WatchDialog(QDialog):
         self._process.start(self._program, [PACKAGE, 'cell', 'view', f'--master={host}'])
 
     def _take_error(self, _error: object) -> None:
-        """Report why the command ended; stopped before it listens, it ends by the signal."""
+        """Report why the command ended, unless it was stopped, which may end it by a signal."""
         if not self._is_stopping:
             self.lines.appendPlainText(self._process.errorString())
 
@@ -306,7 +306,7 @@ class ServeDialog(QDialog):
     def __init__(self, parent: QWidget, addresses: Sequence[str],
                  cell: Callable[[], Tuple[str, Mapping[str, str]]], program: str = 'rosrun'
                  ) -> None:
-        """Take what ``cell serve`` needs.
+        """Set what ``cell serve`` needs.
 
         Args:
             parent: the window.
@@ -413,7 +413,7 @@ class ServeDialog(QDialog):
                              f'Looking now: {", ".join(sorted(self._watching))}')
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
-        """Report a failed start; it is no problem if a running command is ended."""
+        """Report a failed start, but not that a running command was ended."""
         if error == QProcess.FailedToStart:
             self.lines.appendPlainText(self._process.errorString())
 

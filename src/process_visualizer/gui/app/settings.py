@@ -16,8 +16,8 @@ _MAX_SETTINGS_BYTES = 1 << 20  # the launcher writes some kB
 class Settings:
     """A file of the user (``~/.config/process_visualizer/launcher.conf``).
 
-    What cannot be a file of settings is left alone: Qt would wait for a pipe forever. ``problem``
-    then says why, and values are kept only until the program ends.
+    A path that cannot be a settings file is not opened: Qt would wait for a pipe forever.
+    ``problem`` then says why, and values are kept only until the program ends.
     """
 
     def __init__(self, path: Optional[str] = None) -> None:

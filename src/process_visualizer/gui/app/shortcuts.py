@@ -124,7 +124,7 @@ class EnterPresses(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
-        """Take a key that no widget has used."""
+        """Handle a key that no widget has used."""
         button = QApplication.focusWidget()
         if (isinstance(event, QKeyEvent) and event.type() == QEvent.KeyPress
                 and not event.isAutoRepeat() and event.key() in (Qt.Key_Return, Qt.Key_Enter)

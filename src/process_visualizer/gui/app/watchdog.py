@@ -42,7 +42,7 @@ class ProcessorTimes(NamedTuple):
 
 
 class ProcessorWait:
-    """Measures the thread that makes it; the files stay open, as they are read often."""
+    """Measures the thread that creates it; the files stay open, as they are read often."""
 
     def __init__(self) -> None:
         self._own = threading.get_native_id()

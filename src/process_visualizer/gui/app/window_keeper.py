@@ -69,7 +69,7 @@ class TimelineDock(QWidget):
         column.setSizeConstraint(QVBoxLayout.SetNoConstraint)  # it may not outgrow the screen
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay: closing the timeline must not end the cell."""
+        """Ignore the request: closing the timeline must not end the cell."""
         event.ignore()
         self.close_refused.emit()
 
@@ -78,7 +78,7 @@ class Grip(QWidget):
     """The upper edge of the dock."""
 
     dragged = pyqtSignal(int)
-    """The wanted place of the edge: y [px] on the screen."""
+    """The wanted position of the edge: y [px] on the screen."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -133,13 +133,13 @@ class RvizPlace(QWidget):
         self.hide()
 
     def show_text(self, text: str, can_restart: bool) -> None:
-        """Show why RViz is not here; an empty text hides this, as RViz is here."""
+        """Show why RViz is missing; an empty text hides this widget, as RViz is in its place."""
         self._text.setText(text)
         self._restart.setVisible(can_restart)
         self.setVisible(bool(text) and self.parentWidget().isVisible())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay, as a part of the launcher."""
+        """Ignore the request, as this is a part of the launcher."""
         event.ignore()
 
 

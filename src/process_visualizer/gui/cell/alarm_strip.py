@@ -95,7 +95,7 @@ class AlarmStrip(QWidget):
     The alarms keep their places while the mouse is over them or a button of theirs has the keyboard
     focus, so that nobody acknowledges or restarts something that has just come there. An alarm that
     has ended stays in its place, dimmed; a new one comes below, and is counted beside the alarms if
-    it is out of sight.
+    it is out of view.
     """
 
     action_wanted = pyqtSignal(object, object)
@@ -167,7 +167,7 @@ class AlarmStrip(QWidget):
 
     @property
     def _is_in_use(self) -> bool:
-        """Return whether somebody may be about to use a button, or was a moment ago."""
+        """Return whether the operator may be about to use a button, or was a moment ago."""
         if self._is_blocked and QApplication.activeModalWidget() is None:
             self._is_blocked = False
             self._is_under_mouse = self.rect().contains(self.mapFromGlobal(QCursor.pos()))

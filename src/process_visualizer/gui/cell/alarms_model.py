@@ -170,7 +170,7 @@ class AlarmsModel(QObject):
         self._take(self._board.seen(self._conditions(), self._wall_s(), self._end_words))
 
     def _end_words(self, condition: Condition) -> str:
-        """Return what is to be said of a condition that has ended."""
+        """Return the text about a condition that has ended."""
         if condition.source == MASTER:
             return condition.end
         running = self._launch.running
@@ -236,7 +236,7 @@ class AlarmsModel(QObject):
         silent = silence_conditions(self._states.watch_warnings())
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}
-        # Who was asked may have ended meanwhile, which is an alarm of its own.
+        # A node that was asked may have ended meanwhile, which is an alarm of its own.
         ended = {node.name for report in self._launch.reports.values() for node in report.nodes
                  if node.state in (NodeState.EXITED, NodeState.FAILED)}
         conditions += [it for it in (*silent, *watch_conditions(

@@ -297,7 +297,7 @@ class RegionPanel(QWidget):
 
 
 class ExpectedPanel(QWidget):
-    """Sensor, what it sees, and buttons that write and revert; hidden if none seeks objects."""
+    """Sensor, what it sees, and buttons that write and revert; hidden if none looks for any."""
 
     def __init__(self, model: ExpectModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

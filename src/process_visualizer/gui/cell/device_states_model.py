@@ -138,7 +138,7 @@ class DeviceStatesModel(QObject):
         self.changed.emit()
 
     def forget_topics(self) -> None:
-        """Forget the rates, as nobody counts messages now; keep silences: nobody saw them end."""
+        """Forget the rates, as no messages are counted now; keep silences, whose end is unseen."""
         self._unsure = _UNSURE_STATES
         self._lines = {topic: line for topic, line in self._lines.items()
                        if line.level is Level.WARNING}

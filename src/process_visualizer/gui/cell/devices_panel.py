@@ -56,9 +56,9 @@ class DevicesView(QTreeWidget):
     log_wanted = pyqtSignal(str, str)
     """A device, and one of its nodes, whose log is wanted (their names)."""
     warnings_wanted = pyqtSignal(str)
-    """Of a device (its name)."""
+    """The operator wants to see the warnings of a device (its name)."""
     expect_wanted = pyqtSignal(str)
-    """The objects that a depth sensor (its name) sees now are to be expected ones."""
+    """The objects that a depth sensor (its name) sees now should become expected ones."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -128,7 +128,7 @@ class DevicesView(QTreeWidget):
         self.blockSignals(False)
 
     def set_seen(self, seen: Mapping[str, Optional[int]]) -> None:
-        """Take how many objects each sensor reports; None: it reports nothing now."""
+        """Set how many objects each sensor reports; None if it reports nothing now."""
         self._seen = seen
 
     def sizeHint(self) -> QSize:
@@ -146,7 +146,7 @@ class DevicesView(QTreeWidget):
         self.setColumnWidth(_NAME, event.size().width() // 2)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Read the warnings of the row with Enter."""
+        """Open the warnings of the row with Enter."""
         if event.key() in (Qt.Key_Return, Qt.Key_Enter):
             self._read_warnings(self.currentItem())
         else:

@@ -58,7 +58,7 @@ class EditedValues(QObject, Generic[Value]):
         self._in_file: Dict[str, Value] = {}
         self._edited: Dict[str, Value] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Value]]'] = {}
-        self._refused: Set[str] = set()  # devices whose nodes have not taken the newest value
+        self._refused: Set[str] = set()  # devices whose nodes have not accepted the newest value
         self.device = self._wanted = ''
         self._is_running = self.is_saving = self.has_marker = False
 
@@ -123,7 +123,7 @@ class EditedValues(QObject, Generic[Value]):
 
     @property
     def can_move(self) -> bool:
-        """Return whether running nodes can take the chosen value."""
+        """Return whether running nodes can accept the chosen value."""
         return self._is_running and bool(self.device)
 
     # Input from the program
@@ -208,7 +208,7 @@ class EditedValues(QObject, Generic[Value]):
     # Implementation
 
     def _set_in_file(self, values: Dict[str, Value]) -> None:
-        """Take the values of the files; unsaved edits of devices that are still there are kept."""
+        """Set the values of the files; keep unsaved edits of devices that are still there."""
         self._in_file = values
         self._edited = {name: self._with_numbers(values[name], self._numbers(it))
                         for name, it in self._edited.items() if name in values}
@@ -321,7 +321,7 @@ class UnsavedModel(QObject):
 
     @property
     def offered(self) -> List[str]:
-        """Return the edits left unsaved in this configuration, neither taken nor discarded yet."""
+        """Return the edits left unsaved in this configuration, neither restored nor discarded."""
         return [f'{what} of {name}' for what, edits in self._left.get(self._file, {}).items()
                 for name, numbers in edits.items() if self._edited[what].differs(name, numbers)]
 
@@ -347,7 +347,7 @@ class UnsavedModel(QObject):
         self.changed.emit()
 
     def discard(self) -> None:
-        """Forget all edits, because the operator said so; running nodes are not moved."""
+        """Forget all edits at the operator's request; running nodes keep them."""
         for model in self._edited.values():
             model.forget()
         self.changed.emit()
@@ -358,7 +358,7 @@ class UnsavedModel(QObject):
         return {**self._left, **({self._file: present} if present else {})}
 
     def restore(self, settings: Mapping[str, Mapping[str, Mapping[str, Sequence[float]]]]) -> None:
-        """Take the edits of an earlier session.
+        """Restore the edits of an earlier session.
 
         Raises:
             AttributeError, KeyError, TypeError, ValueError: these are not settings.

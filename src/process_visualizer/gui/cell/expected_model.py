@@ -22,7 +22,7 @@ _MAX_LINES = 8
 
 
 class ExpectModel(QObject):
-    """The sensors that look for objects; writes on demand, and can take back what it wrote."""
+    """The sensors that look for objects; writes on demand, and can remove what it wrote."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
@@ -45,7 +45,7 @@ class ExpectModel(QObject):
         for followed in (session.cell_changed, session.run_changed):
             followed.connect(self._follow)
 
-    # What is shown
+    # State
 
     @property
     def sensors(self) -> List[str]:
@@ -54,7 +54,7 @@ class ExpectModel(QObject):
 
     @property
     def seen(self) -> Dict[str, Optional[int]]:
-        """Return how many objects each sensor reports; None: it reports nothing now."""
+        """Return how many objects each sensor reports; None if it reports nothing now."""
         return {name: len(self._looks[name][-1][1]) if name in self._looks else None
                 for name in self.sensors}
 
@@ -79,7 +79,7 @@ class ExpectModel(QObject):
 
     @property
     def can_revert(self) -> bool:
-        """Return whether boxes that were written can be taken out of the file again."""
+        """Return whether boxes that were written can be removed from the file."""
         return bool(self._saved) and not self.is_saving
 
     # Commands
@@ -91,7 +91,7 @@ class ExpectModel(QObject):
             self.changed.emit()
 
     def look(self) -> Expectation:
-        """Return what of the objects that the chosen sensor sees can be expected."""
+        """Return which of the objects that the chosen sensor sees can be expected."""
         cell, found = self._session.cell, self._device(self.device)
         if cell is None or found is None or found.objects is None:
             return Expectation((), ())
@@ -108,17 +108,17 @@ class ExpectModel(QObject):
                     lambda saved: self._was_written(saved, device, file, len(boxes)))
 
     def revert(self) -> None:
-        """Take out of the file what was written last."""
+        """Remove from the file what was written last."""
         editor = self._session.editor
         if editor is None or not self.can_revert:
             return
         restore, last = editor.revert, self._saved.pop()
         self._begin(lambda: restore(last), lambda _: self._was_reverted(last))
 
-    # What the program says
+    # Input from the program
 
     def take(self, snapshot: ObjectsSnapshot) -> None:
-        """Take what a sensor sees."""
+        """Update what a sensor sees."""
         name = snapshot.device
         if not self._is_followed(name):
             return
@@ -128,11 +128,11 @@ class ExpectModel(QObject):
         if name not in self._silences:
             self._silences[name] = QTimer(self, singleShot=True, interval=int(1000.0 * SILENT_S))
             self._silences[name].timeout.connect(lambda: self._forget(name))
-        if self._session.running_mode is Mode.REALTIME:  # playback may stand still
+        if self._session.running_mode is Mode.REALTIME:  # playback may be paused
             self._silences[name].start()
         self._tell()
 
-    # How it is done
+    # Implementation
 
     def _device(self, name: str) -> Optional[Device]:
         return next((it for it in self._session.devices if it.name == name), None)
@@ -143,7 +143,7 @@ class ExpectModel(QObject):
             os.path.basename(found.objects.location.file)
 
     def _is_followed(self, name: str) -> bool:
-        """Return whether what runs is a sensor of the cell that is open."""
+        """Return whether a sensor that runs belongs to the open cell."""
         running, cell = self._session.running, self._session.cell
         return running is not None and cell is not None and name in self.sensors and (
             (running.cell.file, running.cell.frame) == (cell.file, cell.frame)
@@ -196,7 +196,7 @@ class ExpectModel(QObject):
 
 
 def question_text(device: str, found: Expectation, file: str) -> str:
-    """Return what the operator is asked, or told if nothing can be expected."""
+    """Return the question for the operator, or a message if nothing can be expected."""
     count = len(found.added)
     begin = f'Nothing that {device} sees now can be added to {file}.' if not count else (
         f'Expect {count_text(count, "object")} from now on? {device} will report nothing inside '

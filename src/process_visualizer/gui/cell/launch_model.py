@@ -62,7 +62,7 @@ class LaunchModel(QObject):
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
                  clock_s: Callable[[], float] = time.monotonic,
                  watch: Callable[[Sequence[str]], bool] = lambda _topics: False) -> None:
-        """Take a function that gives the running recorder other topics, and returns if it could.
+        """Set a function that gives the running recorder other topics; it returns whether it could.
 
         It may block, and raise PlanError if nothing may be changed.
         """
@@ -129,7 +129,7 @@ class LaunchModel(QObject):
         return _difference(self.running, choice)
 
     def adopt(self, choice: Choice) -> None:
-        """Take a choice whose changes are already in effect; nothing is restarted.
+        """Adopt a choice whose changes are already in effect; nothing is restarted.
 
         A part that is restarted later is started from this choice.
         """
@@ -186,7 +186,7 @@ class LaunchModel(QObject):
         return plan
 
     def _takes_topics(self, plan: Plan, choice: Choice, before: Choice) -> bool:
-        """Return whether the running recorder has taken the topics of other devices.
+        """Return whether the running recorder has accepted the topics of other devices.
 
         Restarted, it would lose what it has in memory, also of the devices that stay.
         """
@@ -220,7 +220,7 @@ class LaunchModel(QObject):
     def _check_whether_up(self) -> None:
         """Note that everything is launched, once no part is starting any more, failed or not.
 
-        A node that does not come up keeps nobody waiting.
+        A node that does not start is not waited for.
         """
         is_up = all(self.history.is_up(it, self._clock_s()) for it in self.reports.values())
         if self.phase is LaunchPhase.LAUNCHING and not self._is_starting and is_up:
@@ -288,7 +288,7 @@ PERIOD_MS = 1000
 
 
 class LaunchGuard(QObject):
-    """Asks if other nodes are in the way, and looks again until the question is answered.
+    """Asks if other nodes are in the way, and checks again until the question is answered.
 
     Commands return at once.
     """
@@ -298,7 +298,7 @@ class LaunchGuard(QObject):
     settled = pyqtSignal()
     """The question no longer needs an answer."""
     changed = pyqtSignal()
-    """The guard has started or stopped looking."""
+    """The guard has started or stopped checking."""
 
     def __init__(self, tasks: Tasks, launch: Callable[[Choice], None],
                  look: Callable[[Choice], Others] = others_before,
@@ -363,9 +363,9 @@ class LaunchGuard(QObject):
 
 
 class MixtureModel(QObject):
-    """Looks for other publishers each second while nodes run; the player reports its own.
+    """Checks for other publishers every second while nodes run; the player reports its own.
 
-    While nodes are launched or quit it does not look: our own player of before may still be there.
+    While nodes are launched or quit it does not check: our own previous player may still be there.
     """
 
     changed = pyqtSignal()
@@ -402,7 +402,7 @@ class MixtureModel(QObject):
         if choice is self._choice:
             return
         self._choice = choice
-        if self.sentences:  # they are about the nodes of before
+        if self.sentences:  # they are about the previous nodes
             self._others, self._player_sentences = (), ()
             self.changed.emit()
         if choice is None:

@@ -160,7 +160,7 @@ class LaunchView(QWidget):
         self.view.setEnabled(phase is LaunchPhase.RUNNING)
 
     def show_mode_choice(self, is_settled: bool, obstacle: str) -> None:
-        """Let the mode be chosen, unless nodes are being launched or quit, or for an obstacle."""
+        """Let the mode be chosen, except while nodes are launched or quit, or with an obstacle."""
         for button in self._modes.buttons():
             button.setEnabled(is_settled and not obstacle)
             button.setToolTip(plain_tip(

@@ -104,7 +104,7 @@ class MasterModel(QObject):
         self._count(process_id)
 
     def _count(self, answered: Optional[int]) -> None:
-        """Take the process id of the master that has answered, if one has."""
+        """Count failed checks, given the process ID of the master that answered, if one did."""
         is_known = answered is not None and answered == self._process_id
         self._failures = 0 if is_known else self._failures + 1
         if is_known and self.is_lost:
@@ -130,8 +130,8 @@ class MasterModel(QObject):
 class WatchModel(QObject):
     """Asks all nodes in a thread; ``found`` is delivered in the window's thread.
 
-    RViz answers questions in one thread and draws in another. If the drawing thread hangs, the
-    picture stands still and can show no text, so RViz must also report that it draws. A missing
+    RViz answers requests in one thread and draws in another. If the drawing thread hangs, the
+    picture freezes and can show no text, so RViz must also report that it draws. A missing
     report is counted in looks, not in seconds: a window that hung itself has missed nothing.
     """
 

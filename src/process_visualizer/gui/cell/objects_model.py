@@ -75,7 +75,7 @@ class ObjectsModel(QObject):
         return self._played.spans
 
     def set_running(self, choice: Optional[Choice]) -> None:
-        """Take the choice that runs; None if nothing does."""
+        """Set the running choice; None if nothing runs."""
         if choice is self._choice:
             return
         sought = {} if choice is None else _sought(choice.devices)
@@ -91,7 +91,7 @@ class ObjectsModel(QObject):
         self._update()
 
     def set_starting(self, devices: Collection[str]) -> None:
-        """Take the devices that are being stopped or started: what they see is not awaited."""
+        """Set the devices that are being stopped or started: their reports are not awaited."""
         before, self._starting = self._starting, frozenset(devices)
         for name in self._begun_s:
             if name in before - self._starting:
@@ -101,14 +101,14 @@ class ObjectsModel(QObject):
             self._update()
 
     def take_player(self, player: Optional[PlayerSnapshot]) -> None:
-        """Take the state of the player, None without one."""
+        """Update from the state of the player, None without one."""
         if player is None:
             self._player = PlaybackClock()
             return
         self._player.add(player.clock_state)
 
     def take(self, snapshot: ObjectsSnapshot) -> None:
-        """Take the objects that a sensor sees."""
+        """Update from the objects that a sensor sees."""
         now_s, watch = self._wall_s(), self._watches.get(snapshot.device)
         if watch is None:
             return
@@ -159,7 +159,7 @@ class ObjectsModel(QObject):
             self._timer.start(1 + int(1000.0 * (min(due) - now_s)))
 
     def _silent_s(self, device: str) -> float:
-        """Return when a sensor will have been silent for too long; a recording may stand still."""
+        """Return when a sensor will have been silent for too long; a recording may be paused."""
         if self._mode is Mode.PLAYBACK:
             return math.inf
         return self._heard_s.get(device, 0.0) + SILENT_S

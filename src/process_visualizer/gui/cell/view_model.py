@@ -86,7 +86,7 @@ class ViewModel(QObject):
         return self._is_starting
 
     def take_drawing(self) -> None:
-        """Take that RViz has drawn a picture; one that is being stopped may do so, too."""
+        """Note that RViz has drawn a picture; an RViz that is being stopped may do so, too."""
         if self.is_rviz_alive:
             self._set_starting(False)
 

@@ -205,7 +205,7 @@ class CompareModel(QObject):
 
     @property
     def activity(self) -> str:
-        """Return what is going on, in words, of which one can be canceled; empty if nothing."""
+        """Return the present activity in words, which ``cancel`` ends; empty if there is none."""
         return self._activity or self._written
 
     @property
@@ -249,7 +249,7 @@ class CompareModel(QObject):
                             for (reference, run), anchors in aligned]}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take the comparisons of earlier sessions, and repeat the last one.
+        """Restore the comparisons of earlier sessions, and repeat the last one.
 
         Raises:
             KeyError, TypeError, ValueError: these are not settings.

@@ -68,7 +68,7 @@ class ComparePanel(QWidget):
 
     def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
                  folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
-        """Take a function that returns the folder for recordings, used while none is open."""
+        """Set a function that returns the folder for recordings, used while none is open."""
         super().__init__(parent)
         self._model, self._live, self._folder = model, live, folder
         self._is_live = False
@@ -245,7 +245,7 @@ class ComparePanel(QWidget):
     def _seek(self, item: QTreeWidgetItem) -> None:
         position_s = item.data(0, Qt.UserRole)
         if position_s is None:
-            return  # of the run that goes on
+            return  # of the run in progress
         listed = self._model.runs[self._row]
         if self._is_live:
             self.refused.emit(f'{listed.run.name} is in a recording: choose Playback mode to go '
@@ -390,7 +390,7 @@ class _RowsTree(QTreeWidget):
         self._fit()
 
     def add_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
-        """Add rows below the others; the end stays in sight unless it was scrolled away."""
+        """Add rows below the others; the end stays in view unless it was scrolled away."""
         self.addTopLevelItems(list(items))
         self._fit()
 

@@ -50,7 +50,7 @@ class GhostModel(QObject):
                  show: Callable[[Sequence[GhostTrack], Sequence[ReferenceArrow]], None],
                  follow: Follow,
                  parent: Optional[QObject] = None) -> None:
-        """Take functions that may block; ``show`` without tracks and arrows hides the ghost."""
+        """Set functions that may block; ``show`` without tracks and arrows hides the ghost."""
         super().__init__(parent)
         self._tasks, self._compare, self._session = tasks, compare, session
         self._show, self._follow_live = show, follow
@@ -74,7 +74,7 @@ class GhostModel(QObject):
         self.changed.emit()
 
     def _follow_run(self) -> None:
-        """Take the mode of the node that draws; in playback, it runs beside the player."""
+        """Follow the mode of the node that draws; in playback, it runs beside the player."""
         mode = self._session.running_mode
         if not self._session.runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART):
             mode = None
@@ -102,7 +102,7 @@ class GhostModel(QObject):
         self._tasks.run(LINE, lambda: task(*wanted), None, on_error)
 
     def _show_recorded(self, compared: Optional[Compared], is_wanted: bool) -> None:
-        """Run in the line of tasks."""
+        """Show or hide the ghost in a recording; runs as a task."""
         self._show(*self._ghost(compared if is_wanted else None))
 
     def _ghost(self, compared: Optional[Compared]
@@ -118,7 +118,7 @@ class GhostModel(QObject):
         return None if cell is None else replace(cell, devices=self._devices)
 
     def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
-        """Run in the line of tasks."""
+        """Follow live robots along the reference run; runs as a task."""
         cell, reference = self._running_cell(), LiveReference(())
         if compared is not None and cell is not None:
             reference = live_reference(cell, compared.good.reference)

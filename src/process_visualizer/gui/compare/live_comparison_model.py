@@ -73,7 +73,7 @@ class LiveComparisonModel(QObject):
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
-        self._known_s, self._is_stale = 0.0, False  # time of the newest value; is it too old
+        self._known_s, self._is_stale = 0.0, False  # time of the newest value; is it too old?
         self._values_since_s = 0.0  # time of the first values to compare; 0: none yet
         self._has_common = True
         self._judged_s = 0.0  # until here, values that are missing have been counted
@@ -95,7 +95,7 @@ class LiveComparisonModel(QObject):
         return [it.settings() for it in self._finished]
 
     def restore(self, settings: Sequence[Mapping[str, Any]]) -> None:
-        """Take the runs of earlier sessions.
+        """Restore the runs of earlier sessions.
 
         Raises:
             KeyError, TypeError, ValueError: these are not settings.
@@ -225,14 +225,14 @@ class LiveComparisonModel(QObject):
             window.duration_s / len(curve.low))
 
     def take_phase(self, phase: PhaseSnapshot) -> None:
-        """Take the current moment of the reference run."""
+        """Update the current moment of the reference run."""
         self._newest = phase
         self._history.add(phase.stamp_s, phase.reference_s)
         if self._runs is not None and self._has_common:
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:
-        """Take changes of the good runs, and of whether the cell runs."""
+        """Follow changes of the good runs, and whether the cell runs."""
         compared = self._compare.compared
         good = None if compared is None else compared.good
         if good is not self._good:
@@ -260,7 +260,7 @@ class LiveComparisonModel(QObject):
             self._change()
 
     def _change(self) -> None:
-        """Take the newest moment for all who show the result, so that they show the same one."""
+        """Adopt the newest moment, and notify all views, so that they show the same one."""
         self._phase = self._newest
         self.changed.emit()
 
@@ -280,7 +280,7 @@ class LiveComparisonModel(QObject):
         self._change()
 
     def _take_departures(self, now: Tuple[LiveDeparture, ...]) -> None:
-        """Take the present departures; one that was back in range begins again after that."""
+        """Set the present departures; one that was back in range begins again after that."""
         before = {it.signal for it in self._departures}
         present = {it.signal for it in now}
         self._back_s.update(dict.fromkeys(before - present, self._now_s))

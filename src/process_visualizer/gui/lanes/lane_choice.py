@@ -140,6 +140,6 @@ class LaneChoices(QObject):
         return {path: choice.settings() for path, choice in newest if choice != LaneChoice()}
 
     def restore(self, settings: Dict[str, Any]) -> None:
-        """Take the choices of an earlier session."""
+        """Restore the choices of an earlier session."""
         self._choices = {path: restored_choice(rows) for path, rows in settings.items()}
         self.changed.emit()

@@ -234,7 +234,7 @@ class LaneStack(QObject):
                                 max(visible, 0))
 
     def lane_rect(self, row: int) -> QRect:
-        """Return the place of a lane, which may be scrolled out of sight."""
+        """Return the place of a lane, which may be scrolled out of view."""
         top = self.rect.top() + self._tops[row] - self.scroll.value()
         return QRect(self.rect.left(), top, self.rect.width(), self._heights[row])
 

@@ -251,7 +251,7 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
                                groove.height()), 3, 3)
     painter.fillPath(path, color)
     if abs(axis.x(position_s) - x) > 1.0:
-        return  # the playhead is out of sight
+        return  # the playhead is out of view
     painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), color)
     painter.setPen(QPen(QColor(theme().on_signal), 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)

@@ -156,7 +156,7 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
 
     A missing value is NaN. None means at the position: not known yet; at the mouse: no mouse. There
     may be several values at the mouse, as a column has a width: a range then, not their middle,
-    which nobody may have sent. The ``good`` value at the position follows the value, with the
+    which may never have been sent. The ``good`` value at the position follows the value, with the
     difference. Missing data is reported with the time since the last value ``silent_s`` [s], if
     that is finite.
     """

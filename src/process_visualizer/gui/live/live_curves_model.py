@@ -122,7 +122,7 @@ class LiveCurvesModel(QObject):
 
     @property
     def is_held(self) -> bool:
-        """Return whether the picture stands still; new data is still read."""
+        """Return whether the picture is on hold; new data is still read."""
         return self._is_held
 
     @property
@@ -143,7 +143,7 @@ class LiveCurvesModel(QObject):
             self._begin_anew()
 
     def _follow_run(self) -> None:
-        """Take that a recorder was launched or has ended; its last curves stay visible."""
+        """Note that a recorder was launched or has ended; its last curves stay visible."""
         is_running = self._session.running_mode is Mode.REALTIME
         before = self.problem
         self._has_ended = self._session.has_ended(BAG_PART)
@@ -197,7 +197,7 @@ class LiveCurvesModel(QObject):
         self.changed.emit()
 
     def _set_curves(self, devices: Tuple[Device, ...]) -> None:
-        """Run in the line of tasks."""
+        """Set the devices whose curves are read; runs as a task."""
         self._curves = LiveCurves(devices)
         self._memory.restart()
 
@@ -217,7 +217,7 @@ class LiveCurvesModel(QObject):
                         lambda error: self._fail(error, begun))
 
     def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
-        """Run in the line of tasks."""
+        """Return new windows of these lengths; runs as a task."""
         begin_s, more = time.thread_time(), True
         while more:
             part, more = self._memory.read(self._curves.topics)
@@ -260,7 +260,7 @@ class LiveCurvesModel(QObject):
         return period_ms
 
     def _read_again(self) -> None:
-        """Read after a look that says nothing about the present devices and recorder."""
+        """Read again after a result that does not belong to the present devices and recorder."""
         self._is_reading = False
         self._set_late(False)
         self._follow()

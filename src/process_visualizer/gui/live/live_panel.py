@@ -49,7 +49,7 @@ class ReplayBar(QWidget):
 
     def __init__(self, replay: ReplayModel, now_s: Callable[[], float],
                  parent: Optional[QWidget] = None) -> None:
-        """Take the replay, and a function that returns the time on the recorder's clock."""
+        """Set the replay, and a function that returns the time on the recorder's clock."""
         super().__init__(parent)
         self._replay, self._now_s = replay, now_s
         self._since_s: Optional[float] = None
@@ -218,7 +218,7 @@ class LivePanel(QWidget):
             self._show_window(window)
 
     def _show_age(self) -> None:
-        """Show the age of the right end, which grows while the curves stand still."""
+        """Show the age of the right end, which grows while the curves do not move."""
         stands = self._curves.window is not None and (
             self._curves.is_held or not self._curves.is_running or self._curves.is_stale)
         if stands != self._clock.isActive():
@@ -263,7 +263,7 @@ class LivePanel(QWidget):
 
     def _show_moment(self) -> None:
         if not self._replay.is_live and self._replay.time_s > self._end_s():
-            self._curves.renew()  # the memory goes on beyond the picture that was held
+            self._curves.renew()  # the memory continues after the picture on hold
         self.timeline.show_replay(None if self._replay.is_live
                                   else self._replay.time_s - self._end_s())
 

@@ -99,7 +99,7 @@ class LiveTimeline(LanesTimeline):
             self.update()
 
     def show_age(self, age_s: float) -> None:
-        """Set how long ago the right end was [s]; above 0 while the curves stand still."""
+        """Set how long ago the right end was [s]; above 0 while the curves do not move."""
         if age_s != self._age_s:
             self._age_s = age_s
             self.update()

@@ -99,7 +99,7 @@ class ReplayModel(QObject):
     def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
                  refused: Tuple[Type[Exception], ...], session: Session,
                  parent: Optional[QObject] = None) -> None:
-        """Take in ``refused`` the exceptions of the tools whose texts are for the user."""
+        """Set the tools; ``refused`` are their exceptions whose texts are for the user."""
         super().__init__(parent)
         self.playback = playback
         self._tasks, self._tools, self._refused = tasks, tools, refused
@@ -188,7 +188,7 @@ class ReplayModel(QObject):
             self._moves.request(True)
 
     def take_report(self, report: PartReport) -> None:
-        """Take the state of a part of the second cell."""
+        """Update from the state of a part of the second cell."""
         before = self._reports.get(report.part)
         self._reports[report.part] = report
         if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
@@ -201,14 +201,14 @@ class ReplayModel(QObject):
                 before is None or before.state is not PartState.RUNNING):
             self._run(self._tools.follow)
         elif report.has_died and report.part not in self._restarted and not self.is_live:
-            self._restarted.add(report.part)  # what it drew would stay, and be false elsewhere
+            self._restarted.add(report.part)  # what it drew would stay, and be wrong at other times
             self._run(lambda: self._tools.restart(report.part))
         if report.part in self._restarted:
             self.changed.emit()
         self._look_whether_ready()
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the second cell's player."""
+        """Update from the newest state of the second cell's player."""
         if self.is_live or snapshot is None or self._path not in snapshot.files:
             return
         is_first, self._has_state = not self._has_state, True
@@ -246,7 +246,7 @@ class ReplayModel(QObject):
         self.changed.emit()
 
     def _started(self, choice: Choice) -> str:
-        """Run in the line of tasks."""
+        """Copy the memory and start the second cell; return the copy's path; runs as a task."""
         copy = self._tools.copy_memory()
         if self._wanted_s < copy.begin_s - _LATE_S:
             raise _MomentGone(
@@ -273,7 +273,7 @@ class ReplayModel(QObject):
             self._others.start()
 
     def _open(self) -> None:
-        """Show RViz; whatever still starts has been waited for long enough."""
+        """Show RViz; parts that are still starting have been waited for long enough."""
         self._others.stop()
         if self._phase is ReplayPhase.PREPARING and not self._is_opening:
             self._is_opening = True
@@ -287,7 +287,7 @@ class ReplayModel(QObject):
             self._run(self._tools.hide)  # the operator has left meanwhile
 
     def _move(self, _is_moved: bool) -> None:
-        """Run in the line of tasks; the operator may have left meanwhile."""
+        """Move RViz, unless the operator has left meanwhile; runs as a task."""
         if not self.is_live:
             self._tools.move()
 

@@ -261,7 +261,7 @@ class RecentRecordings:
     """The recordings opened last; ``all`` has the newest first."""
 
     def __init__(self, where_recorded: Callable[[], str]) -> None:
-        """Take a function that returns the folder into which recordings go."""
+        """Set a function that returns the folder for recordings."""
         self.all: Tuple[Paths, ...] = ()
         self._where_recorded = where_recorded
         self._folder = ''
@@ -305,7 +305,7 @@ class BagModel(QObject):
 
     def __init__(self, tasks: Tasks, session: Session, parent: Optional[QObject] = None,
                  where_recorded: Callable[[], str] = lambda: '') -> None:
-        """Take a function that returns the folder into which recordings go."""
+        """Set a function that returns the folder for recordings."""
         super().__init__(parent)
         self.recent = RecentRecordings(where_recorded)
         self.curves = CurvesModel(tasks, session, self)
@@ -473,7 +473,7 @@ class BagModel(QObject):
                 'open': list(self._wanted if is_chosen else self.session.paths or self._last)}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take saved settings; the recording that was open is opened again for playback."""
+        """Restore saved settings; the recording that was open is opened again for playback."""
         self.recent.all = tuple(tuple(str(path) for path in paths)
                                 for paths in settings.get('recent', []) if paths)
         self._last = tuple(str(path) for path in settings.get('open', []))

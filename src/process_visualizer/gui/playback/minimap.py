@@ -176,7 +176,7 @@ class TimelineZoom(QObject):
             self.step(turned.y() / _NOTCH, at_s)
 
     def follow(self, position_s: float, is_playing: bool) -> None:
-        """Keep the position in sight; while playing, only if it was in sight before."""
+        """Keep the position in view; while playing, only if it was in view before."""
         before_s, self._position_s = self._position_s, position_s
         if position_s != before_s and (not is_playing or self._shown.contains(before_s)):
             self._take(self._shown.showing(position_s))

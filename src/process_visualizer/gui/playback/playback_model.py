@@ -33,7 +33,7 @@ class PlaybackReturn:
         self._was_down = False
 
     def follow(self, is_up: bool) -> None:
-        """Take whether the player runs; it does not while it is being stopped or started."""
+        """Set whether the player runs; it does not while it is being stopped or started."""
         self._is_up = is_up
         self._was_down = self._was_down or not is_up
 
@@ -42,7 +42,7 @@ class PlaybackReturn:
         self._last, self._was_down = None, False
 
     def take(self, snapshot: PlayerSnapshot) -> Optional[PlayerSnapshot]:
-        """Take the newest state of a player; return the state to restore if the player is new."""
+        """Update the newest state; return the state to restore if the player is new."""
         if not self._is_up:
             return None  # the state of a player that is being stopped or started
         before, self._last = self._last, snapshot
@@ -52,7 +52,7 @@ class PlaybackReturn:
 
 
 def hold(client: PlayerCommands, spot: PlayerSnapshot) -> None:
-    """Pause, with the loop of an earlier state; block until the player takes commands."""
+    """Pause, with the loop of an earlier state; block until the player accepts commands."""
     client.wait_until_ready(_READY_S)
     client.pause()
     if spot.loop is not None:
@@ -87,7 +87,7 @@ class PlaybackModel(QObject):
                  refused: Type[Exception] = Exception,
                  clock: Callable[[], float] = time.time,
                  parent: Optional[QObject] = None) -> None:
-        """Take the client of the player; ``refused`` are its exceptions with texts for the user.
+        """Set the client of the player; ``refused`` are its exceptions with texts for the user.
 
         ``clock`` returns the wall time [s], by which the states are stamped.
         """
@@ -111,7 +111,7 @@ class PlaybackModel(QObject):
     # The player's state.
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the player; None if there is no player any more."""
+        """Update from the newest state of the player; None if there is no player any more."""
         self._silence.stop() if snapshot is None else self._silence.hear()
         before = self.state
         self.state = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
@@ -136,7 +136,7 @@ class PlaybackModel(QObject):
         self.moved.emit()
 
     def follow_player(self, is_up: bool) -> None:
-        """Take whether the player runs; a restarted player continues at the last position."""
+        """Set whether the player runs; a restarted player continues at the last position."""
         self._return.follow(is_up)
 
     def forget_player(self) -> None:
@@ -232,7 +232,7 @@ class PlaybackModel(QObject):
     # Marks.
 
     def set_marks(self, marks: Iterable[PlacedMark]) -> None:
-        """Take the marks of the recording."""
+        """Set the marks of the recording."""
         self.state = self.state._replace(marks=Marks.of(marks))
         self.changed.emit()
 
@@ -249,7 +249,7 @@ class PlaybackModel(QObject):
     # Rate.
 
     def set_rate(self, rate: float) -> None:
-        """Change the rate at once; below 0 backwards; the nearest possible one is taken."""
+        """Change the rate at once; below 0 backwards; the nearest possible one is used."""
         if rate != 0.0:
             size = min(max(abs(rate), MIN_RATE), MAX_RATE)
             self._change_rate(size if rate > 0.0 else -size)
@@ -259,11 +259,11 @@ class PlaybackModel(QObject):
         self.set_rate(-abs(speed) if self.rate < 0.0 else abs(speed))
 
     def faster(self) -> None:
-        """Take the next higher speed of the ladder."""
+        """Set the next higher speed of the ladder."""
         self._change_rate(faster(self.rate))
 
     def slower(self) -> None:
-        """Take the next lower speed of the ladder."""
+        """Set the next lower speed of the ladder."""
         self._change_rate(slower(self.rate))
 
     # Loop.
@@ -346,7 +346,7 @@ class PlayerCommands(Protocol):
     """Commands to the player (PlayerClient in clients/player_client.py); each call may block."""
 
     def wait_until_ready(self, timeout_s: float) -> Any:
-        """Wait until the player takes commands."""
+        """Wait until the player accepts commands."""
 
     def play(self) -> Any:
         """Play."""
@@ -385,14 +385,14 @@ class MotionCommands:
 
     def __init__(self, set_rate: Callable[[float], Any], play: Callable[[], Any],
                  newest: Newest) -> None:
-        """Take the player's commands, and a maker of calls with the newest value."""
+        """Set the player's commands, and a maker of calls with the newest value."""
         self._set_rate = set_rate
         self._play = play
         self._calls = newest(self._send)
 
     @property
     def rate(self) -> Optional[float]:
-        """The requested rate until the player has taken it, then None."""
+        """The requested rate until the player has adopted it, then None."""
         wanted = self._calls.wanted
         return None if wanted is None else wanted.rate
 
@@ -422,7 +422,7 @@ class SeekCommands:
 
     def __init__(self, client: PlayerCommands, clock: Callable[[], float],
                  newest: Newest) -> None:
-        """Take the client of the player, and a maker of calls with the newest value.
+        """Set the client of the player, and a maker of calls with the newest value.
 
         ``clock`` returns the wall time [s].
         """
@@ -461,7 +461,7 @@ class StepCommands:
     """Sends one step at a time; waiting steps of the same unit are merged, so that none pile up."""
 
     def __init__(self, client: PlayerCommands, newest: Newest) -> None:
-        """Take the client of the player, and a maker of calls with the newest value."""
+        """Set the client of the player, and a maker of calls with the newest value."""
         self._client = client
         self._calls = newest(self._send)
 

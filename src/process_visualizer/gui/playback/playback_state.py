@@ -16,7 +16,7 @@ _SAME_S = 1e-6
 
 
 class LoopPoints(NamedTuple):
-    """A and B [s from the beginning]; None stands for the beginning or end of the recording."""
+    """A and B [s from the beginning]; None means the beginning or end of the recording."""
 
     begin_s: Optional[float] = None
     end_s: Optional[float] = None
@@ -262,7 +262,7 @@ class PlaybackPosition:
         self._shown_s = 0.0
 
     def take(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Take the newest state of the player; None if there is no player any more."""
+        """Update from the newest state of the player; None if there is no player any more."""
         before, self._snapshot = self._snapshot, snapshot
         if snapshot is None:
             return

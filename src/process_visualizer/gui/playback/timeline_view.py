@@ -142,7 +142,7 @@ class TimelineView(LanesTimeline):
 
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
-        """Take ``value_of``: a curve's value at the position (NaN: no value, None: unknown yet)."""
+        """Set ``value_of``: a curve's value at the position (NaN: no value, None: unknown yet)."""
         super().__init__(choices, parent)
         self._playback, self._value_of = playback, value_of
         self._length_s = 0.0

@@ -26,7 +26,7 @@ Read = Callable[[Sequence[str], Sequence[Device]], PositionValues]
 class Played(NamedTuple):
     """The files that are played, and their devices.
 
-    ``copy_number`` tells copies apart that have the same name.
+    ``copy_number`` distinguishes copies of the same name.
     """
 
     paths: Tuple[str, ...] = ()
@@ -53,7 +53,7 @@ class ValuesModel(QObject):
     def __init__(self, tasks: Tasks, playback: PlaybackModel, played: Callable[[], Played],
                  line: str = LINE, open_values: Read = PositionValues,
                  parent: Optional[QObject] = None) -> None:
-        """Take a function that returns what is played; call ``follow`` when that has changed.
+        """Set a function that returns what is played; call ``follow`` when that has changed.
 
         ``line`` is the line of tasks in which values are read.
         """
@@ -82,7 +82,7 @@ class ValuesModel(QObject):
         return math.nan if value is None else value
 
     def follow(self) -> None:
-        """Request the values at the position, after a rest if others were requested just now."""
+        """Request the values at the position, after a pause if others were requested just now."""
         wish = _Wish(self._played(), self._playback.position_s)
         if wish != self._asked and not self._rest.isActive() and wish.played.paths:
             self._asked = wish
@@ -90,7 +90,7 @@ class ValuesModel(QObject):
             self._reads.request(wish)
 
     def _read_values(self, wish: _Wish) -> None:
-        """Run in the line of tasks."""
+        """Read the requested values; runs as a task."""
         try:
             self._read.emit(_Found(wish, self._opened(wish).at(wish.position_s)))
         except (BagError, OSError):

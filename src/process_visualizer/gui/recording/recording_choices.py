@@ -27,7 +27,7 @@ MIN_FREE_BYTES = 1 << 30
 
 
 class BagTarget(NamedTuple):
-    """The result of a look at the disk; ``problem`` says what is wrong and what to do, or ''.
+    """The result of a check of the disk; ``problem`` says what is wrong and what to do, or ''.
 
     ``free_bytes`` and ``total_bytes`` of the disk are None if it cannot be read. ``free_name`` is
     an unused name similar to the given one.
@@ -182,7 +182,7 @@ class TopicTicks:
         self._changed.clear()
 
     def take(self, topics: Sequence[TopicSnapshot]) -> None:
-        """Take the recorder's report on the topics that it watches."""
+        """Update from the recorder's report on the topics that it watches."""
         if not topics:
             self._watch = TopicWatch()  # a new run begins
         self._seen = {topic.name: topic for topic in topics}
@@ -201,7 +201,7 @@ class TopicTicks:
                 if name not in self._topics or is_ticked != self._topics[name][1]}
 
     def restore(self, changed: Mapping[str, bool]) -> None:
-        """Take the operator's ticks of an earlier session."""
+        """Restore the operator's ticks of an earlier session."""
         self._changed = {str(name): bool(is_ticked) for name, is_ticked in changed.items()}
 
     def ticked_share(self) -> float:
@@ -332,7 +332,7 @@ class RecordingChoices(QObject):
         return dict(self._settings)
 
     def restore(self, settings: Mapping[str, str]) -> None:
-        """Take saved settings; invalid entries are ignored."""
+        """Restore saved settings; invalid entries are ignored."""
         known = {key: str(settings[key]) for key in self._settings if settings.get(key)}
         if known.get('choice') not in [choice.value for choice in NameChoice]:
             known.pop('choice', None)
@@ -364,7 +364,7 @@ class RecordingChoices(QObject):
         return self._ticks.changed
 
     def restore_ticks(self, changed: Mapping[str, bool]) -> None:
-        """Take the operator's ticks of an earlier session.
+        """Restore the operator's ticks of an earlier session.
 
         Raises:
             AttributeError: these are not such ticks.
@@ -377,11 +377,11 @@ class RecordingChoices(QObject):
         return self._ticks.ticked_share()
 
     def take_topics(self, topics: Sequence[TopicSnapshot]) -> None:
-        """Take the recorder's report on topics; the caller emits ``changed``."""
+        """Update from the recorder's report on topics; the caller emits ``changed``."""
         self._ticks.take(topics)
 
     def look(self) -> None:
-        """Look at the disk, off the GUI thread; ``changed`` is emitted if anything is new."""
+        """Check the disk, off the GUI thread; ``changed`` is emitted if anything is new."""
         self._looks.request(self.options())
 
     def options(self) -> RecordingOptions:
@@ -405,7 +405,7 @@ class RecordingChoices(QObject):
         self.changed.emit()
 
     def _take_target(self, looked: RecordingOptions, target: BagTarget) -> None:
-        """Take a look's result, unless another folder or name has been chosen meanwhile."""
+        """Adopt the result of a check, unless folder or name have been changed meanwhile."""
         if target != self._target and _place(looked) == _place(self.options()):
             self._target = target
             self.changed.emit()

@@ -129,7 +129,7 @@ class RecordingModel(QObject):
         self._looked_s = now_s()
         self._state = RecordingState()
         self._sender = SenderClock()
-        self._unsent: Tuple[RecordedMark, ...] = ()  # marks that the recorder did not answer
+        self._unsent: Tuple[RecordedMark, ...] = ()  # marks that the recorder did not confirm
         self._silence = SilenceWatch(self)
         self._silence.silent.connect(self._take_silence)
         session.run_changed.connect(lambda: self._follow_run(session))
@@ -173,7 +173,7 @@ class RecordingModel(QObject):
     # Reports of the run and of the recorder
 
     def _follow_run(self, session: Session) -> None:
-        """Take that a recorder was launched, or has ended with its run or on its own."""
+        """Note that a recorder was launched, or has ended with its run or on its own."""
         is_running = session.running_mode is Mode.REALTIME
         if is_running != (self.phase is not RecordingPhase.OFF):
             self._silence.stop()
@@ -213,7 +213,7 @@ class RecordingModel(QObject):
         self._tasks.run('files', lambda: None, lambda _: act())
 
     def take_state(self, snapshot: RecorderSnapshot) -> None:
-        """Take a report of the recorder; in the GUI thread."""
+        """Update from a report of the recorder; in the GUI thread."""
         if self.phase is RecordingPhase.OFF:
             return
         self._silence.hear()
@@ -343,7 +343,7 @@ class RecordingModel(QObject):
                         lambda error: self._not_marked(mark, error))
 
     def _write_unsent(self) -> None:
-        """Send marks again that a recorder that hung did not answer."""
+        """Send marks again that a recorder did not confirm while it hung."""
         unsent, self._unsent = self._unsent, ()
         for mark in unsent:
             self._write_mark(mark)
@@ -357,7 +357,7 @@ class RecordingModel(QObject):
             self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
 
     def _lose_unsent(self) -> None:
-        """Report the marks of an ended recording that the recorder never took."""
+        """Report the marks of an ended recording that the recorder never accepted."""
         lost, self._unsent = self._unsent, ()
         if lost:
             self._state = self._state.not_marked(*lost)

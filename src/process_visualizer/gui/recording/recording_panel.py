@@ -467,7 +467,7 @@ class NameOptions(QWidget):
         dialog.open()
 
     def _take_folder(self, folder: str) -> None:
-        """Take a folder from the dialog; a focused line would otherwise restore its own text."""
+        """Adopt a folder from the dialog; a focused line would otherwise restore its own text."""
         self._folder.setText(folder)
         self._choices.set_folder(folder)
 

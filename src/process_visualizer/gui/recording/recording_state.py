@@ -30,7 +30,7 @@ _HOLE_S, _MEASURED_S = 1.5, 4.0
 """Time without a report that is no usual one [s], and the time after it until rates are right [s].
 
 Reports come every half second. The recorder measures rates once a second, and the first
-measurement after it stood still covers that time.
+measurement after it hung covers that time.
 """
 _SENT_ERROR_S = 0.1
 """Maximum error of the estimated time at which a state was sent [s]."""
@@ -135,7 +135,7 @@ class RecordingState(NamedTuple):
 
     @property
     def unwritten(self) -> Tuple[RecordedMark, ...]:
-        """The marks that the recorder has not taken yet."""
+        """The marks that the recorder has not accepted yet."""
         return tuple(it for it in self.marks if not it.is_written) if self.is_made else ()
 
     def is_outdated(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
@@ -221,12 +221,12 @@ class RecordingState(NamedTuple):
         return max(report.duration_s + stamp_s - report.stamp_s, 0.0)
 
     def mark_written(self, mark: RecordedMark) -> 'RecordingState':
-        """Return the state after the recorder took this mark."""
+        """Return the state after the recorder accepted this mark."""
         return self._replace(marks=tuple(it._replace(is_written=True) if it is mark else it
                                          for it in self.marks))
 
     def not_marked(self, *lost: RecordedMark) -> 'RecordingState':
-        """Return the state after the recorder did not take these marks."""
+        """Return the state after the recorder did not accept these marks."""
         return self._replace(marks=tuple(
             it for it in self.marks if not any(it is mark for mark in lost)))
 

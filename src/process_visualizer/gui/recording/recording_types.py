@@ -20,7 +20,7 @@ class RecorderClient(Protocol):
         """Stop the recording; return its paths."""
 
     def mark(self, label: str, stamp_s: float) -> None:
-        """Write a labeled moment; stamp 0 stands for the time of writing."""
+        """Write a labeled moment; stamp 0 means the time of writing."""
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write the memory into a bag; return its path."""
@@ -120,7 +120,7 @@ class SenderClock:
     """Compares the stamps of a sender with the arrival times of its messages.
 
     The message with the shortest delay shows the difference between the clocks. So a message is
-    known to be old if it waited because this program or its computer stood still.
+    known to be old if it waited because this program or its computer hung.
     """
 
     def __init__(self) -> None:

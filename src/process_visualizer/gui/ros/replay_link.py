@@ -59,7 +59,7 @@ class ReplayLink(QObject):
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
                  place: Callable[[], Optional[Rectangle]], keys: Callable[[], Sequence[str]],
                  parent: Optional[QObject] = None) -> None:
-        """Take functions to copy the recorder's memory and to get the state of the live RViz.
+        """Set functions to copy the recorder's memory and to get the state of the live RViz.
 
         ``copy`` takes a folder and a name, and returns the path of the bag. The others return the
         live RViz's camera, its place (in unscaled pixels of the screen), and the keys that it

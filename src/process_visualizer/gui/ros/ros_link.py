@@ -161,7 +161,7 @@ class RosLink(QObject):
     def tell_comparison(self, verdict: Callable[[], str], bands: Callable[[], str]) -> None:
         """Publish the comparison of the running cell with good runs; return at once.
 
-        The texts are made only if somebody listens.
+        The texts are made only for topics with a subscriber.
         """
         for publisher, text in zip(self._comparison_publishers, (verdict, bands)):
             if publisher.get_num_connections() > 0:

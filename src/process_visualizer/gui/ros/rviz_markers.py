@@ -40,7 +40,7 @@ class PoseMarker:
     def __init__(self, on_dragged: Callable[[str, Pose], None], topic: str = CALIBRATION_TOPIC,
                  make_server: Callable[[str], InteractiveMarkerServer] = InteractiveMarkerServer
                  ) -> None:
-        """Take the parameters; the topics are advertised with the first marker."""
+        """Set the parameters; the topics are advertised with the first marker."""
         self._on_dragged = on_dragged
         self._topic, self._make_server = topic, make_server
         self._server: Optional[InteractiveMarkerServer] = None
@@ -155,7 +155,7 @@ class BoxMarker:
     def __init__(self, on_dragged: Callable[[str, RegionOfInterest], None],
                  make_server: Callable[..., InteractiveMarkerServer] = InteractiveMarkerServer
                  ) -> None:
-        """Take the parameters; the topics, shared with `PoseMarker`, appear with the first box."""
+        """Set the parameters; the topics, shared with `PoseMarker`, appear with the first box."""
         self._on_dragged, self._make_server = on_dragged, make_server
         self._server: Optional[InteractiveMarkerServer] = None
         self._shown: Optional[Tuple[str, RegionOfInterest]] = None

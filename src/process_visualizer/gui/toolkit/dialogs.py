@@ -36,10 +36,10 @@ def message_box(parent: Optional[QWidget], text: str,
 
 
 def show_aside(dialog: QDialog) -> None:
-    """Show a dialog that nobody asked for: the window keeps the keyboard, and works on.
+    """Show a dialog that the operator did not request: the window keeps the keyboard focus.
 
-    Otherwise the next key that somebody types there would answer a dialog that nobody has read. It
-    stands beside the window, above RViz, where it covers nothing that is there to be clicked.
+    Otherwise the next key that is typed there would answer a dialog that was not read yet. The
+    dialog is beside the window, above RViz, where it covers no controls.
     """
     dialog.setWindowModality(Qt.NonModal)
     dialog.setAttribute(Qt.WA_ShowWithoutActivating)

@@ -157,7 +157,7 @@ class TaskProgress(QObject):
             self.changed.emit(fraction)
 
     def go_on(self, fraction: float) -> bool:
-        """Report the finished part, and return whether the task may go on."""
+        """Report the finished part; return whether the task may continue."""
         self.report(fraction)
         return not self.is_canceled()
 
@@ -240,7 +240,7 @@ _SILENCE_MS, _SILENCES = 1000, 3
 class SilenceWatch(QObject):
     """Counts periods without a message, instead of measuring one long silence.
 
-    So a window that was blocked itself does not take messages that wait for it for a silence.
+    So a window that was blocked itself does not mistake messages that wait for it for a silence.
     """
 
     silent = pyqtSignal()
@@ -279,7 +279,7 @@ class NewestCall(Generic[Value]):
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """Take callbacks: ``on_done`` when no value waits any more, ``on_error`` for a failure."""
+        """Set callbacks: ``on_done`` when no value waits any more, ``on_error`` for a failure."""
         self._tasks = tasks
         self._line = line
         self._function = function

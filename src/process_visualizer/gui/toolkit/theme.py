@@ -195,7 +195,7 @@ class DesktopTheme(QObject):
 
     def __init__(self, palette: QPalette, bus: Optional[QDBusConnection] = None,
                  parent: Optional[QObject] = None) -> None:
-        """Take the palette that the application had before another was set."""
+        """Initialize with the palette that the application had before another was set."""
         super().__init__(parent)
         self._is_dark = is_dark(palette)
         self._bus = bus or QDBusConnection.sessionBus()
@@ -227,7 +227,7 @@ class DesktopTheme(QObject):
             self._take(value)
 
     def _take(self, value: Any) -> None:
-        """Take the portal's value, which is wrapped once or twice."""
+        """Adopt the portal's value, which is wrapped once or twice."""
         while isinstance(value, QDBusVariant):
             value = value.variant()
         if value in (_DARK, _LIGHT) and (value == _DARK) != self._is_dark:

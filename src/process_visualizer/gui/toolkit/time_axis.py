@@ -63,7 +63,7 @@ def tick_label(time_s: float, step_s: float) -> str:
     return text[:len(text) - 3 + kept]
 
 
-_EDGE_SHARE = 0.1  # of the shown time: a moment scrolled into sight is this far from the edge
+_EDGE_SHARE = 0.1  # of the shown time: a moment scrolled into view is this far from the edge
 MIN_S = 1.0
 """Minimum length of the shown part [s], so that nobody gets lost between two messages."""
 
@@ -100,7 +100,7 @@ class ShownTime(NamedTuple):
         return self.part(begin_s, self.duration_s)
 
     def showing(self, time_s: float) -> ShownTime:
-        """Return a part of the same length, moved only if a moment is out of sight."""
+        """Return a part of the same length, moved only if a moment is out of view."""
         if self.contains(time_s):
             return self
         edge_s = _EDGE_SHARE * self.duration_s

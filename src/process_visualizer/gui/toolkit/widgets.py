@@ -87,7 +87,7 @@ class WrappedLabel(QLabel):
     """
 
     def __init__(self, name: str) -> None:
-        """Take the object name."""
+        """Set the object name."""
         super().__init__()
         self.setObjectName(name)
         self.setWordWrap(True)
@@ -189,11 +189,11 @@ class MeaningGuard(QObject):
 
     @property
     def is_ignoring(self) -> bool:
-        """Return whether the meaning is too new for a use of the button to be meant for it."""
+        """Return whether the meaning is too new for a click to be meant for it."""
         return self._timer.isActive()
 
     def show(self, meaning: str) -> None:
-        """Take what the button does now, such as "quit"; empty while it does nothing."""
+        """Set what the button does now, such as "quit"; empty while it does nothing."""
         if meaning == self._meaning:
             return
         if self._meaning:
@@ -204,7 +204,7 @@ class MeaningGuard(QObject):
         self._meaning = meaning
 
     def eventFilter(self, button: QObject, event: QEvent) -> bool:
-        """Take the events that would use the button while its meaning is new."""
+        """Filter the events that would use the button while its meaning is new."""
         if not self.is_ignoring or not (event.type() in _USES or (
                 event.type() in _USES_BY_KEY and event.key() in _KEYS)):
             return False

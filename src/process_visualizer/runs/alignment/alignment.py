@@ -38,7 +38,7 @@ _MIN_ROUGH_ROWS, _MAX_ROUGH_ROWS = 50, 3000
 _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 5.0, 12.5, 50.0
 _FINE_REACH_S = 1.0
 _EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
-"""Search range around the place of a moment by events, and its growth with their distance."""
+"""Search range [s] around the moment by events, and its growth per second to the next event."""
 _SKIPPED = 0.02
 """Cost of a skipped row, as a share of the variance of the reference's motion."""
 
@@ -133,7 +133,7 @@ _MIN_GAP_S, _AFTER_GAP_S = 0.3, 0.1
 
 
 def _dated_events(reference: Run, run: Run) -> CommonEvents:
-    """Return the common events, but for those in gaps: they may have happened long before.
+    """Return the common events without those in gaps, which may have happened long before.
 
     A threshold that was passed in a gap is noticed with the first message after it.
     """
@@ -208,7 +208,7 @@ def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
         is_moving |= found.means is AlignmentMethod.MOTION
         if (
             found.means is not AlignmentMethod.BEGIN
-        ):  # the beginning of a part is an anchor already, or says nothing
+        ):  # the beginning of a part is an anchor already, or gives no information
             points += _inside(found, begin, end)
     points.sort()
     alignment = time_map(*np.array(points, float).T)
@@ -238,7 +238,7 @@ def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
     """Return the alignment by the beginnings of states and events; None if they are too few.
 
     The path to another place is different, so the motion does not show which moments correspond.
-    Where one of the runs has extra states, the clock of the other stands still.
+    Where one of the runs has extra states, the clock of the other stops.
     """
     orders = _common_orders(reference, run)
     if orders is None:

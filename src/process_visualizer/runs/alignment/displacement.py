@@ -23,12 +23,12 @@ _HZ, _FIT_HZ, _MAX_ROWS = 5.0, 25.0, 1500
 _SKIPPED, _SMOOTH_S = 0.02, 0.4
 _TURNS = 5
 _KEPT_SHARE = 0.8
-"""Share of the moments that is fitted; where the way to the place differs, moments do not count."""
+"""Share of the moments that is fitted; others may be where the way to the place differs."""
 _MAX_APART_M, _MIN_ROWS = 0.015, 25
 _NEAR_MOTION_S = 0.5
 """Time around motions that is fitted [s].
 
-The places where tools stop show where along the path they are; long rests say nothing more.
+The positions at which tools stop show where along the path they are; long rests add nothing.
 """
 _MIN_SHARE = 0.8
 """Minimum share of the motion that must be the same."""

@@ -10,13 +10,13 @@ import numpy as np
 _NOISE_M = 0.005
 """Distance of tools that is usual at the same moment of two good runs."""
 _MAX_DISTANCES = 9.0
-"""Maximum squared distance, in squares of the noise: farther away, a robot says no more."""
+"""Maximum squared distance, in squares of the noise: larger distances show no more."""
 _UNEVEN = 0.05
 """Cost of skipping a row, or of staying at one."""
 _EVENT = 4.0 * _UNEVEN
 """Cost per row between an event of the run and the same event of the reference."""
 _CLEAR = 0.6 * _MAX_DISTANCES
-"""Extra cost from which another alignment is clearly wrong: a single place can decide at once."""
+"""Extra cost from which another alignment is clearly wrong: a single position can decide this."""
 _SAME_S = 0.25
 """Rows closer together than this need not be distinguished to know where a run is [s]."""
 _FURTHEST_S = 3.0
@@ -24,7 +24,7 @@ _FURTHEST_S = 3.0
 
 
 class PhaseTracker:
-    """Tracker of the row of the reference at which a run is now, by its place and its events.
+    """Tracker of the row of the reference at which a run is now, by its position and its events.
 
     Online time warping (Dixon 2005): for each row, it knows the cost of the best alignment that
     ends there. Alignments never go back; rows that are skipped or stayed at cost a little, so that
@@ -32,9 +32,9 @@ class PhaseTracker:
     """
 
     def __init__(self, reference: np.ndarray, period_s: float) -> None:
-        """Take the places (n, d) [m] of the reference at even times; NaN where unknown.
+        """Set the positions (n, d) [m] of the reference at even times; NaN where unknown.
 
-        Unknown places are interpolated: a row that any place fits would hold the run there.
+        Unknown positions are interpolated: a row that fits any position would hold the run there.
         """
         self._reference = _filled(reference)
         self._halves = _half_steps(self._reference)
@@ -57,7 +57,7 @@ class PhaseTracker:
 
     @property
     def is_decided(self) -> bool:
-        """Return whether the run is here, before the reference's end, and clearly nowhere else."""
+        """Return whether the run is clearly at this row, which is before the reference's end."""
         other = np.abs(self._rows - self._row) * self._period_s > _SAME_S
         is_clear = self._costs[self._row] + _CLEAR < self._costs[other].min(initial=np.inf)
         return bool(is_clear) and self.phase_s + _SAME_S < self.duration_s
@@ -74,7 +74,7 @@ class PhaseTracker:
         self._costs[self._row] = 0.0
 
     def take_event(self, times_s: Sequence[float]) -> None:
-        """Take an event of the run, by the times [s] at which the reference has it."""
+        """Process an event of the run, given the times [s] at which the reference has it."""
         away = np.full(len(self._rows), np.inf)
         for time_s in times_s:
             away = np.minimum(away, np.abs(self._rows - self._nearest(time_s)))
@@ -83,7 +83,7 @@ class PhaseTracker:
             self._row = int(self._costs.argmin())
 
     def advance(self, elapsed_s: float, place: np.ndarray) -> None:
-        """Take the run's place, (d,) [m], NaN where unknown, and the time since the last one."""
+        """Process the run's position (d,) [m], NaN where unknown, and the time since the last."""
         self._left_s += elapsed_s
         rows = math.floor(self._left_s / self._period_s + 0.5)
         if rows < 1:
@@ -95,7 +95,7 @@ class PhaseTracker:
         self._row = int(self._costs.argmin())
 
     def distance_m(self, place: np.ndarray, time_s: float) -> float:
-        """Return how far a place is from the reference's at a time; NaN if either is unknown."""
+        """Return the distance of a position from the reference's at a time; NaN if unknown."""
         away = place - self._reference[self._nearest(time_s)]
         away = away[np.isfinite(away)]
         return float(np.sqrt(np.sum(away * away))) if len(away) else math.nan
@@ -129,7 +129,7 @@ class PhaseTracker:
 
 
 def _filled(places: np.ndarray) -> np.ndarray:
-    """Return the places (n, d), interpolated where unknown; a column without any stays."""
+    """Return the positions (n, d), interpolated where unknown; a column without any stays."""
     rows, columns = np.arange(len(places)), []
     for column in places.T:
         known = np.isfinite(column)
@@ -153,11 +153,12 @@ _MAX_STRETCH = 1.5
 _WRONG_S = 1.0
 """A shorter step back in the reference is noise; a longer one corrects an error [s]."""
 _LATE_S = 0.5
-"""Maximum age of a place compared with the last event [s]; beyond it, the clock was set back."""
+"""Maximum age of a position compared with the last event [s]; beyond it, the clock was set back."""
 _UNSEEN_S, _RESUMES_S = 0.3, 0.5
-"""Time without places in which an event may have come unnoticed, and after which it is seen [s]."""
+"""Minimum gap in the positions in which an event may come unnoticed, and time after the gap in
+which such an event is noticed [s]."""
 _AT_END_S = 0.5
-"""Time at the end of the reference after which a run is over of which no event was seen [s]."""
+"""Time at the end of the reference after which a run without a known begin or end is over [s]."""
 _MAX_GAP_S = 5.0
 """Time without data after which the run may be anywhere [s]."""
 
@@ -170,7 +171,7 @@ class FollowedSpan(NamedTuple):
 
 
 _APART_M = 0.01
-"""Distance [m] by which the tools are nearer to another moment of the reference than to one."""
+"""Difference of distances [m] that shows at which of two moments of the reference the tools are."""
 
 
 class LiveAlignment:
@@ -182,11 +183,11 @@ class LiveAlignment:
 
     def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
                  span: Optional[FollowedSpan] = None, period_s: float = PERIOD_S) -> None:
-        """Take the reference: its places (n, d) [m], and the times [s] of its events."""
+        """Set the reference: its positions (n, d) [m], and the times [s] of its events."""
         self._tracker = PhaseTracker(reference, period_s)
         self._events, self._span = events, span
         self._last_s: Optional[float] = None
-        self._seen_s = self._resumed_s = -math.inf  # last place; first one after a gap
+        self._seen_s = self._resumed_s = -math.inf  # last position; first one after a gap
         self._place = np.full(reference.shape[1:], np.nan)
         self._phase_s = 0.0
         self._forget()
@@ -220,10 +221,10 @@ class LiveAlignment:
         return self.elapsed_s - (self._phase_s - self._begin_s())
 
     def take_event(self, name: str, time_s: float) -> None:
-        """Take an event that came at a time [s].
+        """Process an event at a time [s].
 
-        The event is ignored if the reference's tools are somewhere else when it comes: a machine
-        that stops during a run and goes on neither ends that run nor begins another one.
+        The event is ignored if the tools are not where the reference's are at this event: a machine
+        that stops during a run and continues neither ends that run nor begins another one.
         """
         span = self._span
         if not self._is_there(name):
@@ -237,7 +238,7 @@ class LiveAlignment:
             self._ends_s = time_s + _MAX_STRETCH * (self._tracker.duration_s - ends_s)
 
     def advance(self, time_s: float, place: np.ndarray) -> None:
-        """Take the place of the tools, (d,) [m], NaN where unknown, at a time [s], ascending."""
+        """Process the tools' position (d,) [m], NaN where unknown, at a time [s], ascending."""
         last_s = time_s if self._last_s is None else self._last_s
         if last_s - _LATE_S < time_s < last_s:
             time_s = last_s
@@ -285,7 +286,7 @@ class LiveAlignment:
         self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
 
     def _is_elsewhere(self, begin_s: float) -> bool:
-        """Return whether the tools clearly are at another moment of the run than its begin."""
+        """Return whether the tools are clearly at another moment of the run than its begin."""
         if not self._is_known or abs(self._phase_s - begin_s) > _FURTHEST_S:
             return False
         from_begin_m = self._tracker.distance_m(self._place, begin_s)
@@ -319,7 +320,7 @@ _MAX_STEP_S = 0.5
 
 
 class PhaseHistory:
-    """History of phases; between two phases of a run, the reference goes on evenly."""
+    """History of phases; between two phases of a run, the reference advances evenly."""
 
     def __init__(self, kept_s: float) -> None:
         self._kept_s = kept_s

@@ -64,10 +64,10 @@ def _speed(motion: ToolsMotion) -> np.ndarray:
 
 
 def moving_rows(motion: ToolsMotion) -> np.ndarray:
-    """Return the rows (n,) (bool) in which the motion tells the time.
+    """Return the rows (n,) (bool) in which the motion shows the time.
 
-    Where a tool comes to rest, a small difference in place would be a large one in time; so only
-    rows count that are at least half as fast as the fastest motion around them.
+    Where a tool comes to rest, a small difference in position corresponds to a large one in time.
+    So only rows count that are at least half as fast as the fastest motion around them.
     """
     speed = _speed(motion)
     fastest = moving_maximum(speed, int(_AROUND_S * motion.rate_hz))

@@ -2,7 +2,7 @@
 """Parts of the process that only one of two runs has: a missing step, or one that comes twice.
 
 A clock that only runs faster or slower would spread such a part over its surroundings. So the clock
-of the other run stands still there.
+of the other run stops there.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _ALIKE_M, _ALIKE_S, _REST_S = 0.002, 0.3, 0.8
 
 
 class SkippedPart(NamedTuple):
-    """Corresponding moments [s] before and after the part; one of the clocks stands still."""
+    """Corresponding moments [s] before and after the part; one of the clocks stops."""
 
     reference_s: Tuple[float, float]
     run_s: Tuple[float, float]
@@ -89,8 +89,8 @@ def _extra_states_s(shorter_s: Sequence[float], row: int, longer_s: Sequence[flo
                     rows: Tuple[int, int], goes_on: bool) -> Tuple[float, Tuple[float, float]]:
     """Return when extra states come, in the order without them and in the one with them.
 
-    A state that goes on after them was interrupted: by then it had lasted for a while, and the rest
-    of it comes last.
+    A state that continues after them was interrupted: by then it had lasted for a while, and the
+    rest of it comes last.
     """
     begin, end = rows
     if not goes_on:

@@ -11,7 +11,7 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 
 _STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
-"""Steps in rows of the reference and of the run; of equally good ones, the first is taken."""
+"""Steps in rows of the reference and of the run; of equally good ones, the first is chosen."""
 _MAX_STEP_ROWS = max(rows for rows, _ in _STEPS)
 _BEGIN = len(_STEPS)
 _MAX_SHIFT = 64
@@ -96,7 +96,7 @@ class _Search:
         self._row = 0
 
     def add_row(self, costs: np.ndarray) -> None:
-        """Take the costs of the next row."""
+        """Add the costs of the next row."""
         candidates = self._candidates
         for number, (rows, columns) in enumerate(_STEPS):
             self._step(candidates[number], rows, columns)

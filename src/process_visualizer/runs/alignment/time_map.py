@@ -76,7 +76,7 @@ class CommonEvents(NamedTuple):
 def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> CommonEvents:
     """Return the events that both runs have equally often and in the same order.
 
-    What an operator has marked in one of them is no event that the other one lacks.
+    A mark that an operator set in only one of them is not an event that the other one lacks.
     """
     first, second = _by_name(reference), _by_name(run)
     marks = {it.name for it in (*reference, *run) if it.is_mark}

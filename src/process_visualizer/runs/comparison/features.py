@@ -76,7 +76,7 @@ def _rows(comparison: Comparison) -> Iterator[Tuple[str, ...]]:
 
 _MIN_RUNS, _MIN_RISING = 8, 6
 _SURE = 6.0
-"""Minimum slope of a drift, in its own uncertainties: many signals and starts are tried."""
+"""Minimum slope of a drift, in multiples of its uncertainty: many signals and starts are tried."""
 _MIN_SHARE = 0.25
 """Minimum change in total, as a share of the band's half width; less need not be reported."""
 _KINDS = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.PLACE, SignalKind.NOISE)
@@ -94,8 +94,8 @@ class Drift(NamedTuple):
 def drifts(comparisons: Sequence[Comparison]) -> List[Drift]:
     """Return the drifts over the runs of each recording, the largest in terms of its band first.
 
-    The mean distance of a run from the middle of the band is taken as constant up to some run, and
-    as changing evenly from there on (least squares).
+    The mean distance of a run from the middle of the band is assumed to be constant up to some run,
+    and to change evenly from there on (least squares).
     """
     recordings: Dict[Tuple[str, ...], List[Comparison]] = {}
     for it in comparisons:
@@ -133,7 +133,7 @@ def _mean_away(comparison: Comparison, signal: Signal) -> float:
 
 
 def _bend(values: np.ndarray) -> Tuple[int, float, float]:
-    """Return the row from which values (n,) change evenly, the slope, and that in uncertainties."""
+    """Return the row from which values (n,) change evenly, the slope, and slope per uncertainty."""
     rows = np.arange(len(values), dtype=float)
     best = (0, 0.0, 0.0)
     least = np.inf

@@ -55,7 +55,7 @@ def robot_models(cell: Cell) -> Models:
 _HELD_S = 0.1
 """Time without joints at the beginning and end of a run in which the nearest ones hold [s]."""
 _ENDED_S = 0.001
-"""Time after the end of a run at which its ghost is gone [s]: a player may stand at the end."""
+"""Time after the end of a run at which its ghost is gone [s]: a player may pause at the end."""
 _MAX_TRACK_ROWS = 60_000
 """Maximum rows of a robot: eight minutes at 125 Hz; more are thinned to every second, third, …"""
 
@@ -236,8 +236,8 @@ class ReferenceArrow(NamedTuple):
 
     ``vectors`` (n, 3) [m] at ``times_s`` (n,) are in ``frame`` and as long as drawn, NaN without an
     arrow. The arrow begins at ``foot`` (3,) [m] in ``foot_frame``. Both frames are links of one
-    robot's model, which the ghost moves, or they are the same other frame. ``is_variable`` tells a
-    variable with the label "force" from the force at the tool.
+    robot's model, which the ghost moves, or they are the same other frame. ``is_variable``
+    distinguishes a variable with the label "force" from the force at the tool.
     """
 
     name: str

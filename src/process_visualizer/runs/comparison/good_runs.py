@@ -208,7 +208,7 @@ class GoodRuns:
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
-        """Return the runs that are not good, and why; those with other states are sought first."""
+        """Return the runs that are not good, and why; runs with other states are found first."""
         self._by_states: Dict[int, str] = {}
         for key, order in self._orders.items():
             for row, words in order.outstanding().items():
@@ -501,9 +501,9 @@ def _distinct(runs: Sequence[Run]) -> List[Run]:
 
 
 def _state_keys(reference: Run) -> List[Key]:
-    """Return the channels with states, but for the numbers that say what is expected of a run.
+    """Return the channels with states, except for numbers that say what is expected of a run.
 
-    Such a number may be sent at any time before it counts; until then it is that of another run.
+    Such a number may be sent at any time before it applies; until then, that of another run holds.
     """
     of_runs = {name.strip('/') for name, _ in reference.group + reference.place}
     return [channel.key for channel in reference.channels if is_sequence(channel)

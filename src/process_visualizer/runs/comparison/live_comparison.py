@@ -171,10 +171,10 @@ class LiveComparison:
 
     @staticmethod
     def judged_until_s(times_s: np.ndarray, reference_s: np.ndarray) -> float:
-        """Return the end of the time about which ``unjudged_s`` and ``passed`` decide [s].
+        """Return the end of the time that ``unjudged_s`` and ``passed`` judge [s].
 
-        On a busy computer the moments of the reference come late, too: what is behind the last
-        known one is judged when the next ones are there.
+        On a busy computer the moments of the reference arrive late, too: what follows the last
+        known moment is judged when the next ones have arrived.
         """
         known = np.flatnonzero(np.isfinite(reference_s))
         last_s = float(times_s[known[-1]]) if len(known) else -np.inf
@@ -239,7 +239,7 @@ class LiveComparison:
 
 
 def _merged(found: Sequence[Tuple[int, int]], times_s: np.ndarray) -> List[Tuple[int, int]]:
-    """Return spans of rows, as one where a value swings back into range for a moment only."""
+    """Return spans of rows, joined where a value is back in range only for a moment."""
     merged: List[Tuple[int, int]] = []
     for begin, end in found:
         if merged and times_s[begin] - times_s[merged[-1][1] - 1] <= _SWINGS_S:
@@ -301,7 +301,7 @@ def _lacks_values(signal: Signal, times_s: np.ndarray, values: np.ndarray,
 def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
     """Return where (n,) no moment of the reference is known within one run.
 
-    A run goes on meanwhile; another one begins at any moment.
+    A run continues meanwhile, while another run may begin at any moment.
     """
     unknown = np.isnan(reference_s)
     for begin, end in spans(unknown):
@@ -337,7 +337,7 @@ def live_bands(text: str) -> LiveBands:
     """Return the bands whose ``text`` is given.
 
     Raises:
-        ValueError: the text is of something else.
+        ValueError: the text does not contain bands.
     """
     if len(text) > _MAX_BANDS_TEXT:
         raise ValueError('it is too long')

@@ -138,7 +138,7 @@ class LiveRuns:
     """Tracker of live runs, by the moments of a reference and the departures at them."""
 
     def __init__(self, reference: str, duration_s: float) -> None:
-        """Take the reference's name and duration."""
+        """Set the reference's name and duration."""
         self._reference, self._duration_s = reference, duration_s
         self._run: Optional[_Run] = None
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}

@@ -70,7 +70,7 @@ def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
 
 def _seldom_since(it: Departure, run: Run, alignment: Alignment, band: Band,
                   times_s: np.ndarray) -> Departure:
-    """Return a departure of a signal that is sent seldom: it began between two of its values."""
+    """Return a departure of a signal that is sent rarely: it began between two of its values."""
     if it.channel not in run.by_key:
         return it
     at_s = alignment.time_map.to_run(times_s)

@@ -44,7 +44,7 @@ class Missing(Enum):
 class Unjudged(NamedTuple):
     """A signal that is not judged between two times of the recording [s].
 
-    One that comes too seldom is judged nowhere.
+    One that comes too rarely is judged nowhere.
     """
 
     signal: Signal

@@ -46,7 +46,7 @@ def moment(comparison: Comparison, reference_s: float) -> str:
 def began(comparison: Comparison, departure: Departure) -> str:
     """Return when a departure began: a moment and its uncertainty, or the time between two moments.
 
-    Between two values of a signal that is sent seldom, nobody knows when it began.
+    Between two values of a signal that is sent rarely, it is unknown when it began.
     """
     at = moment(comparison, departure.onset_s)
     if not _is_between(departure):

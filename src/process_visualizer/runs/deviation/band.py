@@ -142,11 +142,11 @@ MIN_RUNS = 3
 USUAL_RATE = 0.05
 """Default rate at which a good run leaves its band."""
 _ENOUGH_FOR_MEDIAN = 7
-"""Number of good runs from which the median is the usual value while outliers are sought."""
+"""Number of good runs from which the median is the usual value during the search for outliers."""
 _OUTSTANDING = 1.8
 """A run is an outlier if it is this many times as far away as a good one may be."""
 _COARSE_ROWS = 3
-"""Step in rows while outliers are sought: fewer moments are enough."""
+"""Step in rows during the search for outliers: fewer moments are enough."""
 _MAX_OUTSTANDING, _SHARE_OF_OUTLIERS = 0.25, 0.1
 _SURE_SHARE = 0.4
 """Share of the rate that is aimed at, so that it holds for most sets of good runs."""
@@ -184,13 +184,13 @@ Lower roughness there is not a fault: a run that lost time has less on the refer
 """
 _SMOOTHER = 0.15
 """Further margin below the roughness of good runs (a logarithm): a value that is a little smoother
-than usual is hardly a fault, while one that stands still is much smoother."""
+than usual is hardly a fault, while a constant one is much smoother."""
 _TIMES_FARTHEST = 3.0
 """Maximum margin, as a multiple of the distance of the farthest good run from the others."""
 
 
 class TooFewRuns(ValueError):
-    """Error: there are too few good runs for a rate; the text says how many it takes."""
+    """Error: there are too few good runs for a rate; the text says how many are needed."""
 
 
 class SignalBand(NamedTuple):
@@ -216,7 +216,7 @@ class Band(NamedTuple):
 
 
 def fewest_runs(rate: float) -> int:
-    """Return how many good runs a rate needs: of N+1 equal runs, each is the worst once."""
+    """Return how many good runs a rate needs: each of N+1 equal runs is as likely the worst."""
     return max(math.ceil(1.0 / rate - 1e-9) - 1, MIN_RUNS)
 
 
@@ -230,7 +230,7 @@ class BandLearner:
 
     def __init__(self, good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE,
                  most_left_out: Optional[int] = None) -> None:
-        """Take at least one run; all are on the clock of one reference.
+        """Set the good runs, at least one; all are on the clock of one reference.
 
         Args:
             good: the signals of each run.
@@ -395,7 +395,7 @@ class LearnedSignal:
     """The common part of good runs in one signal, and the distance of each from the others."""
 
     def __init__(self, signal: Signal, values: np.ndarray, relative: float) -> None:
-        """Take the values (runs, t)."""
+        """Initialize with the values (runs, t)."""
         self.signal = signal
         is_exact = signal.kind in (SignalKind.PLACE, SignalKind.TIMING, SignalKind.JOINT,
                                    SignalKind.SPEED)
@@ -450,7 +450,7 @@ class LearnedSignal:
     def _edge_rows(self) -> int:
         """Return by how many rows an edge may come earlier or later.
 
-        A value that is sent once a second may be measured anywhere in that second.
+        A value that is sent once a second may be measured at any time in that second.
         """
         rows = 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
         return rows + int(self.signal.period_s * RATE_HZ)

@@ -29,7 +29,7 @@ _MAX_PERIOD_S = 0.1
 _TIMES_AS_LONG, _MIN_S = 3.0, 0.4
 _AS_LONG = 0.8
 _MAX_MEANS = 3.0
-"""Longest time between two messages that counts, in mean ones."""
+"""Maximum part of the time between two messages that counts, in mean intervals."""
 _NEAR_ROWS = int(0.5 * RATE_HZ)
 _KNOWN_S, _BESIDE_S = 0.02, 0.2
 
@@ -38,7 +38,7 @@ class StuckSensors:
     """Detector of stuck sensors, by how long values stay the same in good runs."""
 
     def __init__(self, times_s: np.ndarray, good: Iterable[Tuple[Run, TimeMap]]) -> None:
-        """Take the times (t,) [s] of the reference, and the good runs with their maps."""
+        """Set the times (t,) [s] of the reference, and the good runs with their maps."""
         self._times_s = times_s
         self._longest_s: Dict[Key, np.ndarray] = {}
         known: Dict[Key, np.ndarray] = {}
@@ -67,7 +67,7 @@ class StuckSensors:
                     yield found
 
     def _is_late(self, key: Key, found: Departure) -> bool:
-        """Return whether good runs had stayed the same as long, and then changed: the band shows.
+        """Return whether good runs stayed the same for as long and then changed, as the band shows.
 
         What good runs did before they begin does not count.
         """
@@ -141,7 +141,7 @@ def _unchanged_s(channel: Channel, run_s: np.ndarray) -> Tuple[np.ndarray, np.nd
 _ABOUT_S, _LOOK_BEFORE_S, _LOOK_BEHIND_S = 0.8, 1.5, 0.3
 _MIN_OF_PART = 5
 _WORSE = 8.0
-"""Maximum cost above the least one of a moment that is possible: values of noise are alike."""
+"""Maximum cost of a possible moment above the lowest one: values of noise are alike."""
 _BEHIND_EDGE = (0.5, 0.8, 1.1, 1.4, 1.7)
 
 
@@ -205,7 +205,7 @@ All are counted in widths of the band, which differ with the level.
 
 def seldom_since_s(channel: Channel, left_s: float, worst_s: float, at_s: np.ndarray,
                    limits: SignalBand) -> Optional[Tuple[float, float]]:
-    """Return the last usual value and the first other one [s of the run] of a seldom channel.
+    """Return the last usual value and the first other one [s of the run] of a rarely sent channel.
 
     Something began between the two; if no value before was usual, from the start of the run on.
     None without any value. A value beside an edge that was sent before or after it may be
@@ -249,7 +249,7 @@ _MIN_HZ, _PERIODS = 2.0, 4.0
 _PEAK = 12.0
 """Minimum ratio of a peak to the usual power.
 
-White noise seldom reaches it at any of some hundred frequencies.
+White noise rarely reaches it at any of some hundred frequencies.
 """
 
 

@@ -32,7 +32,7 @@ _AS_EVEN = 1.5
 _MAX_ONSET_WINDOWS = 1.25
 """Maximum time between onset and leaving the band, in windows of a mean."""
 _WORSE = 3.84
-"""Maximum error above the best fit's of a moment that is possible, in variances (chi-squared)."""
+"""Maximum error of a possible moment above that of the best fit, in variances (chi-squared)."""
 _USUALLY_ALIKE, _MAX_CORRELATION = 5.0, 0.95
 """Usual number of rows that say no more than one, and the maximum correlation of two rows."""
 
@@ -181,7 +181,7 @@ def _last_small(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
 
 
 def _jump(deviation: np.ndarray, last_small: int, left_row: int, rate_hz: float) -> Optional[int]:
-    """Return the row of the greatest jump before the band was left, if it explains that.
+    """Return the row of the greatest jump before the band was left, if it explains the departure.
 
     A jump after which the deviation was small again does not.
     """
@@ -223,10 +223,10 @@ def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
 
 def _share(deviation: np.ndarray, level: np.ndarray, left_row: int,
            rate_hz: float) -> Optional[np.ndarray]:
-    """Return the deviation as a share of the level (t,); None if this says nothing more.
+    """Return the deviation as a share of the level (t,); None if the share shows nothing more.
 
-    It does where the level has changed. Where the level is near zero, the share is unknown; also at
-    the change itself, which may come a little earlier or later.
+    It shows more where the level has changed. Where the level is near zero, the share is unknown,
+    as it is at the change itself, which may come a little earlier or later.
     """
     first = max(left_row - int(2.0 * _BEFORE_S * rate_hz), 0)
     end = left_row + int(_BEHIND_S * rate_hz) + 1
@@ -427,9 +427,8 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
         since = _between_values(since, signal.period_s, first_s, float(times_s[worst]))
     in_all_s, onset_s = None, since.time_s
     if signal.label == TIMING_LABEL:
-        # where a clock stands still, the moment before it counts; and the loss within half a
-        # second may exceed that in all. Time can be lost only once it is known: a wait may take
-        # any time
+        # where a clock stops, the moment before it counts; and the loss within half a second may
+        # exceed the total. Time can be lost only once it is known: a wait may take any time
         known = int(np.max(np.flatnonzero(np.isnan(deviation[:begin])) + 1, initial=0))
         if known > _LOST_ROWS:
             onset_s = max(onset_s, float(times_s[known]))
@@ -443,7 +442,7 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
 
 
 def _between_values(since: Onset, period_s: float, first_s: float, worst_s: float) -> Onset:
-    """Return an onset in a signal that is sent seldom, given when it begins and is farthest away.
+    """Return an onset in a signal that is sent rarely, given when it begins and is farthest away.
 
     Between two values there is a straight line, which begins to deviate at the first of them.
     """
@@ -554,7 +553,7 @@ def _rank(departure: Departure, beside: float, together: Sequence[Departure]) ->
     """Return the rank of a departure among those that began together.
 
     A tool beside its path seems early or late, too: time is not the cause if it is less clear. A
-    force at the end of a tool is a torque at its sensor. A value that is sent seldom says too
+    force at the end of a tool is a torque at its sensor. A value that is sent rarely says too
     little about when it began. A state that changes just after a value has jumped follows from it.
     """
     kind, signal = departure.signal.kind, departure.signal
@@ -587,7 +586,7 @@ def _began_s(it: Departure, found: Sequence[Departure]) -> float:
     Noise covers the last half second, and its start is no more exact than that.
     A tool leaves its path with the joints that move it, whose bands may be narrower. One that is
     only late on a steep path left it with the time that was lost, which shows later.
-    A signal that is sent seldom may have begun to deviate only just before its next value.
+    A signal that is sent rarely may have begun to deviate only just before its next value.
     """
     if it.signal.period_s:
         return it.onset_s + max(it.uncertainty_s, 0.5 * it.signal.period_s)

@@ -84,12 +84,12 @@ _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """A channel with a longer period, or fewer values, is slow: it has no means and no noise."""
 _MAX_PERIOD_S = 5.0
-"""Maximum period of a slow channel [s]; one that is sent more seldom is sent on change."""
+"""Maximum period of a slow channel [s]; one that is sent more rarely is sent on change."""
 _TURN_ROWS, _MIN_TURNED = int(0.3 * RATE_HZ), 0.3
 """Rows over which a direction is averaged, and the minimum force as a share of the greatest."""
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
-"""A clock this slow stands still; by motion, one clock is at least a third as fast as the other."""
+"""A clock this slow is stopped; by motion, one clock is at least a third as fast as the other."""
 _CUT_S = 0.1
 """Part of the reference [s] from which on a run that lacks it is cut off at its beginning."""
 _NEAR_GAP_S = 0.4
@@ -125,7 +125,7 @@ class Signal(NamedTuple):
     """One compared quantity; ``device`` is empty for signals of the whole run.
 
     ``tolerance`` and ``max_tolerance`` are the configured ones, if any. With ``over_s``, the signal
-    is the mean over that many past seconds. A signal that is sent seldom has a ``period_s``: what
+    is the mean over that many past seconds. A signal that is sent rarely has a ``period_s``: what
     happened between two values is known only when the second one comes. ``chance`` is the spread
     that noise has by chance, as it is computed from few values.
     """
@@ -211,7 +211,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap, usual: Optional[TimeMap
 
 
 def _without_noise(columns: Columns, waits: np.ndarray) -> None:
-    """Take away the noise in waits, which have no common clock, before there are means of it."""
+    """Remove the noise in waits, which have no common clock, before its means are computed."""
     for signal, values in columns.items():
         if signal.kind is SignalKind.NOISE:
             values[waits] = np.nan
@@ -251,7 +251,7 @@ def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, gaps: np.ndarray) -> 
 
 
 def _passed_over(run_s: np.ndarray) -> np.ndarray:
-    """Return where (t,) (bool) the run skips a part of the reference: its clock stands still."""
+    """Return where (t,) (bool) the run skips a part of the reference: its clock stops."""
     stands = np.zeros(len(run_s) + 1, bool)
     with np.errstate(invalid='ignore'):
         stands[1:-1] = np.diff(run_s) < _STANDS / RATE_HZ

@@ -54,7 +54,7 @@ class StateOrder:
     """The order of states in good runs of one channel, and their times."""
 
     def __init__(self, good: Sequence[States], names: Mapping[float, str]) -> None:
-        """Take the states of good runs, with times of the reference, and the names of values."""
+        """Set the states of good runs, with times of the reference, and the names of values."""
         self._names = dict(names)
         whole = {it.values for it in good}
         good = [_completed(it, whole) for it in good]
@@ -100,7 +100,7 @@ class StateOrder:
         return found[0] if found else None
 
     def _comparable(self, run: States, end_s: float) -> Tuple[Order, Tuple[float, ...]]:
-        """Return the run's order and times; after its messages end, the usual order goes on."""
+        """Return the run's order and times; after its messages end, the usual order continues."""
         if run.until_s >= end_s or not self._usual:
             return run.values, run.since_s
         usual = self._usual_times()

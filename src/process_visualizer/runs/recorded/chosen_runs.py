@@ -82,7 +82,7 @@ def _usual_value(run: Run, what: str, cycle: Cycle) -> Optional[float]:
 def recorded_cell(recording: Recording) -> Iterator[Cell]:
     """Yield the recorded cell; the models stored with its configuration exist meanwhile.
 
-    It may run nothing but nodes of packages that the user trusts.
+    The cell may run only nodes of packages that the user trusts.
 
     Raises:
         BagError: the recording holds no configuration.
@@ -107,7 +107,7 @@ class ChosenRuns:
 
     def __init__(self, cell: Optional[Cell] = None,
                  is_canceled: Callable[[], bool] = lambda: False) -> None:
-        """Take the cell; without one, each recording's own configuration is used."""
+        """Set the cell; without one, each recording's own configuration is used."""
         self._cell = cell
         self._is_canceled = is_canceled
         self._read: Dict[Tuple[str, ...], Tuple[Run, ...]] = {}

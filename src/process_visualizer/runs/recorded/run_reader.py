@@ -60,7 +60,7 @@ def absent_sources(recording: Recording, wanted: Sequence[CurveSource],
 
 
 def _has_field(recording: Recording, series: Series) -> bool:
-    """Return whether the first messages have the number; unknown without any, so true."""
+    """Return whether the first messages have the number; true without messages, as unknown."""
     if series.source.quantity is not Quantity.NUMBER:
         return True
     for number, locator in series.locators.parts[0].items():
