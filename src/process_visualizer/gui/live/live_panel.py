@@ -152,7 +152,7 @@ class LivePanel(QWidget):
         self.hold.setObjectName('live_hold')
         self.hold.setText('Hold')
         self.hold.setCheckable(True)
-        self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
+        self.hold.setToolTip('Freeze the curves; recording continues')
         self.timeline = LiveTimeline(choices, replayed.value)
         replayed.changed.connect(self.timeline.update)
         self.replay = ReplayBar(replay, wall_s)
