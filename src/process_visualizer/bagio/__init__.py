@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages as bytes, and bag files: wire format, index, repair, report (pure)."""
+"""Serialized messages and bag files: wire format, index, repair, report (pure)."""

@@ -53,7 +53,7 @@ class CutSpan(NamedTuple):
 
 
 class BagCut(NamedTuple):
-    """Contents of a cut: messages of the span, messages still valid from before, lost messages.
+    """Message counts of a cut: in the span, still valid from before it, and lost.
 
     ``topics`` are the topics that have messages in the cut.
     """

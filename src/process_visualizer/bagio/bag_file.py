@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A bag on disk, with reads at any position; holds its file descriptor until closed."""
+"""A bag on disk, readable at any position; keeps its file descriptor open until closed."""
 from __future__ import annotations
 
 import os
@@ -192,8 +192,8 @@ def chunk_info_of(record: Record) -> ChunkInfo:
 
 _USUAL_HEAD_BYTES = 256
 _MAX_HEADER_BYTES = 1 << 20
-# Reads are split, because on a kernel without preemption a long read blocks a processor for threads
-# that must send something.
+# Reads are split: on a kernel without preemption, a long read keeps a processor from threads that
+# have to send.
 _PIECE_BYTES = 128 << 10
 
 
@@ -230,7 +230,7 @@ class BagFile:
         """
         self.path = path
         try:
-            # O_NONBLOCK: does not wait for a writer if the path is a pipe
+            # O_NONBLOCK: do not wait for a writer if the path is a pipe
             self._descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except (OSError, ValueError) as error:
             reason = getattr(error, 'strerror', None) or error

@@ -12,7 +12,7 @@ from process_visualizer.bagio.bag_errors import Gap
 from process_visualizer.bagio.message_definition import Connection
 
 MAX_UNSET_NS = 2_000_000
-"""Times up to this stand for no time: some writers use the least ROS time (1 ns) or 1 ms more."""
+"""Times up to this mean "no time": some writers use the smallest ROS time (1 ns) or 1 ms more."""
 
 
 class Columns(NamedTuple):
@@ -65,7 +65,7 @@ class BagIndex:
 
     def __init__(self, connections: Sequence[Connection], columns: Columns, chunks: ChunkPlaces,
                  gaps: Iterable[Gap] = (), strays: Iterable[Strays] = ()) -> None:
-        """Take columns in any order; they are sorted by time unless they already are."""
+        """Sort the columns by time, unless they are sorted already."""
         self.connections = tuple(connections)
         self._numbers: Dict[str, List[int]] = {}
         for number, connection in enumerate(self.connections):
@@ -73,7 +73,7 @@ class BagIndex:
         self.time_ns, self.connection, self.chunk, self.offset = _in_order(columns)
         self.chunks = chunks
         self.gaps, self.strays = tuple(gaps), tuple(strays)
-        # a stable sort of 16-bit numbers is a radix sort, whose time is independent of their range
+        # numpy sorts 16-bit numbers stably by radix sort, in a time independent of their range
         self._grouped = np.argsort(self.connection, kind='stable').astype(np.int32)
         counts = np.bincount(self.connection, minlength=len(self.connections))
         self._bounds = np.concatenate(([0], np.cumsum(counts))).tolist()
@@ -87,12 +87,12 @@ class BagIndex:
 
     @property
     def columns(self) -> Columns:
-        """The rows in the order of time."""
+        """The rows, sorted by time."""
         return Columns(self.time_ns, self.connection, self.chunk, self.offset)
 
     @property
     def left_out(self) -> int:
-        """The number of messages in the files that are left out for their impossible times."""
+        """The number of messages left out because of impossible times."""
         return sum(it.message_count for it in self.strays if not it.are_kept)
 
     @property
@@ -122,15 +122,15 @@ class BagIndex:
         return int(np.searchsorted(self.time_ns, time_ns, side='right'))
 
     def count_before(self, time_ns: int) -> int:
-        """Return the number of earlier messages: the position of the first at or after the time."""
+        """Return the number of messages before a time: the position of the first at or after it."""
         return int(np.searchsorted(self.time_ns, time_ns, side='left'))
 
     def positions(self, connection: int) -> np.ndarray:
-        """Return the positions (int32, rising) of a connection's messages."""
+        """Return the positions (int32, ascending) of a connection's messages."""
         return self._grouped[self._bounds[connection]:self._bounds[connection + 1]]
 
     def positions_of(self, connections: Sequence[int]) -> np.ndarray:
-        """Return the positions (int32, rising) of the messages of several connections."""
+        """Return the positions (int32, ascending) of the messages of several connections."""
         parts = [self.positions(connection) for connection in connections]
         if len(parts) == 1:
             return parts[0]

@@ -42,7 +42,7 @@ class IndexEntry(NamedTuple):
 
 
 class BagWriter:
-    """Writes a bag into a binary file, which is a valid bag once ``finish`` has been called."""
+    """Writes a bag to a binary file, which is valid once ``finish`` has been called."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The contents of a recording, for an operator who chooses one; reads only its index."""
+"""The contents of a recording, for choosing one; reads only its index."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -29,7 +29,7 @@ class CatalogTopic(NamedTuple):
 class Catalog(NamedTuple):
     """Contents of a recording; ``begin_ns`` is since the epoch.
 
-    ``topics`` are the topics of the devices, by name, without those of the recorder;
+    ``topics`` are the devices' topics, sorted by name, without the recorder's own;
     ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order
     of time. ``problems`` describes the unreadable parts of the files (also ``gaps``) and of the
     files beside them. ``remarks`` are further notes for the operator.
@@ -97,7 +97,7 @@ def _recorded(device: Device) -> List[str]:
 
 
 def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
-    """Return the marks, or why they cannot be read: the recording can be played without them."""
+    """Return the marks, or the problem in reading them: a recording can be played without marks."""
     try:
         return read_marks(recording), []
     except BagError as error:

@@ -27,11 +27,11 @@ from process_visualizer.bagio.bag_index import BagIndex
 
 _FIRST_READ_BYTES = 4096
 _MAX_CHUNK_BYTES = 256 << 20
-"""Maximum content of a compressed chunk, which is in memory as a whole; rosbag writes 768 KB."""
+"""Maximum uncompressed size of a compressed chunk, held whole in memory; rosbag writes 768 KB."""
 _STEP_BYTES = 1 << 20
 _MORE_BYTES = 64 << 20
-"""Tolerated excess of compressed data over the size it holds; beyond it the length is taken to be
-wrong, before the chunk is read into memory as a whole."""
+"""Tolerated excess of a chunk's compressed size over its uncompressed size. Above it, the length is
+considered wrong, and the chunk is not read into memory."""
 _HEADS_KEPT = 4096
 _MAX_NOTES = 100
 
@@ -82,7 +82,7 @@ class ChunkStore:
         return self._cache.size
 
     def check(self) -> None:
-        """Try to decompress every chunk; ``gaps`` then has those that fail."""
+        """Try to decompress every chunk; ``gaps`` then includes those that fail."""
         for number_ in range(len(self._index.chunks.position)):
             if number_ not in self._damaged:
                 try:
@@ -91,7 +91,7 @@ class ChunkStore:
                     continue  # already noted
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message can be read, as far as is known."""
+        """Return whether the chunk of a message is not known to be unreadable."""
         return int(self._index.chunk[position]) not in self._damaged
 
     def message(self, position: int) -> memoryview:

@@ -42,12 +42,12 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC
 # Finds impossible times and leaves out their messages.
 #
 # A message has time 0 if its writer knew no time, and a time in 1970 or 2106 if its clock was
-# wrong. Such a message would turn the recording into one of decades, nearly all of it empty.
+# wrong. Such a message would stretch the recording over decades, nearly all of them empty.
 
 _MAX_PAUSE_NS = 7 * 24 * 3600 * 1_000_000_000
 """Maximum pause within a recording."""
 _MAX_FROM_ZERO_NS = 10 * 1_000_000_000
-"""Limit of the first nonzero time: below it, time 0 is simulated time, otherwise no time."""
+"""Limit of the first nonzero time: below it, time 0 is simulated time; above it, a missing time."""
 _MAX_LOOKS = 100_000
 
 
@@ -78,7 +78,7 @@ def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> Bag
 
 
 def _span(time_ns: np.ndarray) -> Tuple[int, int]:
-    """Return the first and the last of the rising times that belong together: most, or else all."""
+    """Return the first and last of the ascending times: of a group with most of them, or of all."""
     if not len(time_ns):
         return 0, 0
     zeros = int(np.searchsorted(time_ns, MAX_UNSET_NS, side='right'))
@@ -129,7 +129,7 @@ def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
 
 _MAX_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
-# small enough for a batch's arrays to reuse memory, which takes only a third of the time
+# small enough for a batch's arrays to reuse memory, which is three times as fast
 _BATCH_BYTES = INDEX_ENTRY_BYTES << 13
 _ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
 
@@ -303,7 +303,7 @@ def _index_head(header: bytes) -> Tuple[int, int]:
 
 
 def _capacity(infos: Sequence[ChunkInfo], ends: Sequence[int]) -> int:
-    """Return an upper limit of the number of messages: those listed, where the file has room."""
+    """Return an upper bound on the number of messages: those listed, if the file has room."""
     return sum(min(sum(count for _, count in info.counts),
                    max(0, end - info.position) // INDEX_ENTRY_BYTES)
                for info, end in zip(infos, ends))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Marks (labeled moments) of a recording: those in the bag, and those added later beside it."""
+"""Marks (labeled moments) of a recording: in the bag, and added later in a file beside it."""
 from __future__ import annotations
 
 import bisect
@@ -113,7 +113,7 @@ def add_mark(bag: str, mark: Mark) -> str:
 
 
 def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
-    """Replace the marks added to a bag, all at once; without marks, no file of them is left.
+    """Replace all marks added to a bag; without marks, their file is removed.
 
     Raises:
         BagError: a file cannot be written or removed.

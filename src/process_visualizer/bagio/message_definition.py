@@ -164,7 +164,7 @@ class _Checksums:
 
 
 def _constants(body: str) -> List[str]:
-    """Return the constants as hashed: type name=value; a text extends to the end of its line."""
+    """Return the constants as hashed: type name=value; a string extends to the end of its line."""
     found = []
     for line in body.split('\n'):
         kind, _, rest = line.partition('#')[0].strip().partition(' ')
@@ -188,7 +188,7 @@ _TEXT = '_full_text'
 
 
 def with_definition(connection: Connection) -> Connection:
-    """Return a connection with the installed definition if only that fits its checksum."""
+    """Return a connection with the installed definition if only that one fits its checksum."""
     if _checksum(connection.type, connection.message_definition) == connection.md5sum:
         return connection
     text = _installed(short_name(connection.type))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The wire format of ROS: reads lengths and texts, and finds and moves the stamps in a message.
+"""The ROS wire format: reads lengths and strings, and finds and changes the stamps in a message.
 
-A layout walks over the bytes of a message and notes the positions of the stamps. Parts of a known
-size are skipped at once, however long; nothing is deserialized.
+A layout walks over the bytes of a message and collects the offsets of the stamps. A part of known
+size is skipped in one step; nothing is deserialized.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Layout(ABC):
 
     @abstractmethod
     def walk(self, data: Data, position: int, stamps: List[int]) -> int:
-        """Note the stamps of the part at a position; return the position after the part.
+        """Collect the stamps of the part at a position; return the position after the part.
 
         Raises:
             MessageDamaged: the part does not fit into the data.
@@ -50,7 +50,7 @@ class Fixed(Layout):
     """A part of fixed size, with its stamps at fixed offsets."""
 
     def __init__(self, size: int, offsets: Tuple[int, ...] = ()) -> None:
-        """Take the size [bytes] and the offsets of the stamps."""
+        """Initialize with the size [bytes] and the offsets of the stamps."""
         self.min_size = size
         self.offsets = offsets
         self.has_stamps = bool(offsets)
@@ -64,12 +64,12 @@ class Fixed(Layout):
 
 
 class Blob(Layout):
-    """A length and as many elements of fixed size without stamps: strings, images, joints."""
+    """A length and that many elements of fixed size without stamps: strings, images, joints."""
 
     has_stamps = False
 
     def __init__(self, element_size: int) -> None:
-        """Take the size [bytes] of an element."""
+        """Initialize with the size [bytes] of an element."""
         self.min_size = _LENGTH.size
         self._element_size = element_size
 
@@ -83,7 +83,7 @@ class Repeated(Layout):
     """An array: a fixed number of elements, or (None) a number given by a preceding length."""
 
     def __init__(self, element: Layout, count: Optional[int]) -> None:
-        """Take the layout of an element and the number of elements."""
+        """Initialize with the layout of an element and the number of elements."""
         self._element = element
         self._count = count
         self.min_size = _LENGTH.size if count is None else count * element.min_size
@@ -105,7 +105,7 @@ class RecordLayout(Layout):
     """Consecutive parts: a message."""
 
     def __init__(self, parts: Sequence[Layout]) -> None:
-        """Take the parts in order."""
+        """Initialize with the parts in order."""
         self.parts = list(parts)
         self.min_size = sum(part.min_size for part in parts)
         self.has_stamps = any(part.has_stamps for part in parts)
@@ -139,7 +139,7 @@ def read_length(data: Data, position: int) -> Tuple[int, int]:
 
 
 def read_text(data: Data, position: int) -> Tuple[bytes, int]:
-    """Return the bytes of the text at a position, and the position after the text."""
+    """Return the bytes of the string at a position, and the position after it."""
     length, begin = read_length(data, position)
     end = begin + length
     if end > len(data):
@@ -151,21 +151,21 @@ _VALUES_PER_BYTE, _FREE_VALUES = 4, 1000
 
 
 class ValueBudget:
-    """Limits the work on a message of which each value is visited.
+    """Limits the work on a message whose values are visited one by one.
 
-    Values in messages without fields, and in arrays of the fixed length 0, take no bytes: in a few
-    nested arrays, there can be more of them than any program can visit.
+    Messages without fields and arrays of the fixed length 0 take no bytes: a few nested arrays can
+    hold more of them than any program can visit.
     """
 
     def __init__(self, data: Data) -> None:
-        """Take the bytes of the message."""
+        """Initialize with the bytes of the message."""
         self._left = _FREE_VALUES + _VALUES_PER_BYTE * len(data)
 
     def spend(self, count: int) -> None:
-        """Note that so many more values, or messages in it, are visited.
+        """Count further values, or nested messages, that are visited.
 
         Raises:
-            MessageDamaged: they are more than the message can have in earnest.
+            MessageDamaged: there are more of them than a valid message can have.
         """
         self._left -= count
         if self._left < 0:
@@ -179,7 +179,7 @@ class LayoutCompiler:
     """Builds the layouts of the types in one definition, each type once."""
 
     def __init__(self, definitions: Definitions) -> None:
-        """Take the fields of all types."""
+        """Initialize with the fields of all types."""
         self._definitions = definitions
         self._layouts: Dict[str, Layout] = {}
         self._open: List[str] = []  # the types being built, outermost first
@@ -292,7 +292,7 @@ class StampLocator:
     """
 
     def __init__(self, type_name: str, definition: str) -> None:
-        """Take the message type and its definition, as the bag's connection carries them.
+        """Initialize with the message type and its definition, as in the bag's connection.
 
         Raises:
             DefinitionError: the definition is invalid.

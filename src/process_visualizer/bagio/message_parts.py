@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bytes of messages of well-known types: their parts, and messages that clear a display.
+"""Serialized messages of well-known types: their parts, and messages that clear a display.
 
 Messages with different transforms, markers, joints or diagnostics hold at the same time: many
-drivers send each group of joints in its own message. RViz keeps what it was sent, so some messages
+drivers send each group of joints in its own message. RViz keeps what it received, so some messages
 are made to remove it. The layouts are those of ROS 1 serialization (little-endian).
 """
 from __future__ import annotations
@@ -86,11 +86,11 @@ class MessagePart(NamedTuple):
 Parts = Tuple[MessagePart, ...]
 PartsReader = Callable[[bytes], Parts]
 CLEARS = MessagePart(b'')
-"""The part of a message that ends the validity of all earlier parts."""
+"""The part of a message that makes all earlier parts invalid."""
 
 
 def parts_reader(connection: Connection) -> Optional[PartsReader]:
-    """Return a reader for the parts of a connection's messages; None if each is a whole state.
+    """Return a reader for the parts of a connection's messages; None if each is a complete state.
 
     The reader raises MessageDamaged if the bytes do not fit the type.
     """
@@ -197,9 +197,9 @@ def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
 
 # Messages that clear the display of a topic, for the types that have such a message.
 #
-# RViz keeps the last message of each topic. It must not show what did not exist yet at the current
-# time, especially not what it showed before a jump. Numbers and poses have no value for "nothing";
-# a cloud without points, a path without poses and the removal of all markers do.
+# RViz keeps the last message of each topic. It must not show what does not exist yet at the current
+# time, such as what it showed before a jump. Numbers and poses have no value for "nothing"; a cloud
+# without points, a path without poses and the removal of all markers do.
 
 _CLOUD = ('sensor_msgs/PointCloud2', '1158d486dd51d683ce2f1be655c3c181')
 _REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_embedded_materials
@@ -254,7 +254,7 @@ def _marker_removal(connection: Connection, example: Data) -> bytes:
 
 
 def _frame(example: Data, marker_offset: int) -> bytes:
-    """Return the frame with its length; empty if the example has no marker."""
+    """Return the frame_id with its length; empty if the example has no marker."""
     begin = marker_offset + _STAMPED.size
     if len(example) < begin + _LENGTH.size:
         return _LENGTH.pack(0)
@@ -278,11 +278,11 @@ def _header(example: Data, behind: int) -> bytes:
     return _STAMPED.pack(0, 0, 0) + bytes(example[_STAMPED.size:behind])
 
 
-# The meshes that markers name.
+# The meshes to which markers refer.
 
 _TEXT, _MESH = 'text', 'mesh'
 _Shape = Tuple[Union[int, str, List[Any]], ...]
-"""Consecutive parts: a number of bytes, a text, the address of a mesh, or an array of shapes."""
+"""Consecutive parts: a number of bytes, a string, the URI of a mesh, or an array of shapes."""
 _MARKER_SHAPE: _Shape = (12, _TEXT, _TEXT, 117, [_POINT_BYTES], [_COLOR_BYTES], _TEXT, _MESH, 1)
 _CONTROL_SHAPE: _Shape = (_TEXT, 35, [_MARKER_SHAPE], 1, _TEXT)
 _INTERACTIVE_SHAPE: _Shape = (12, _TEXT, 56, _TEXT, _TEXT, 4, [(8, _TEXT, _TEXT, 1)],
@@ -295,11 +295,11 @@ _SHAPES: Dict[str, _Shape] = {
     'd5f2c5045a72456d228676ab91048734': (_TEXT, 8, [_INTERACTIVE_SHAPE]),
     '710d308d0a9276d65945e92dd30b3946': (_TEXT, 9, [_INTERACTIVE_SHAPE],
                                          [(12, _TEXT, 56, _TEXT)], [(_TEXT,)])}
-"""Shapes of markers by the MD5 sum of the type, by which alone RViz recognizes them."""
+"""Shapes of markers by the MD5 sum of the type, the only thing by which RViz recognizes it."""
 
 
 def named_meshes(connection: Connection, data: Data) -> Tuple[str, ...]:
-    """Return the addresses of meshes that RViz would open for a message of markers, each once.
+    """Return the URIs of the meshes that RViz would open for a message of markers, each once.
 
     Raises:
         MessageDamaged: the bytes do not fit the type.
@@ -313,7 +313,7 @@ def named_meshes(connection: Connection, data: Data) -> Tuple[str, ...]:
 
 
 def _note_meshes(data: Data, offset: int, shape: _Shape, found: Dict[bytes, None]) -> int:
-    """Add the addresses of meshes to ``found``; return the position after the parts."""
+    """Add the URIs of meshes to ``found``; return the position after the parts."""
     for part in shape:
         if isinstance(part, int):
             offset = checked_end(data, offset, part)

@@ -24,7 +24,7 @@ from process_visualizer.bagio.message_layout import (
 )
 
 MAX_VALUES = 256
-"""Maximum length of an array that is read; of a longer one (an image) only the length is."""
+"""Maximum length of an array that is read; a longer one (an image) yields only its length."""
 _MAX_ELEMENTS = 10_000  # limit of messages in an array
 
 
@@ -42,7 +42,7 @@ class MessageTime(NamedTuple):
 
 
 Values = Dict[str, Any]
-"""Values by field name: numbers, texts, `MessageTime`, `LongArray`, lists, or nested values."""
+"""Values by field name: numbers, strings, `MessageTime`, `LongArray`, lists, or nested values."""
 
 
 def message_values(type_name: str, definitions: Definitions, data: Data) -> Values:

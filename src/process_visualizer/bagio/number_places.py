@@ -39,7 +39,7 @@ class FieldPath:
     """
 
     def __init__(self, text: str) -> None:
-        """Take the path's text.
+        """Initialize with the path's text.
 
         Raises:
             ValueError: the text is not a path.
@@ -64,11 +64,11 @@ class FieldPath:
         return tuple(self._steps)
 
     def number(self, message: Any) -> Union[int, float]:
-        """Return the number that the path leads to; a boolean is 0 or 1.
+        """Return the number at the path; a boolean is 0 or 1.
 
         Raises:
-            ValueError: the field or element does not exist, or is not a number; the text says
-                what exists instead.
+            ValueError: the field or element does not exist, or is not a number; the text says what
+                does exist.
         """
         value, here = message, ''
         for step in self._steps:
@@ -162,7 +162,7 @@ class FieldLocator(Locator):
     """Finds fields by their paths."""
 
     def __init__(self, type_name: str, definition: str, paths: Sequence[str]) -> None:
-        """Take the type, its definition from the bag, and paths such as pose.position.x.
+        """Initialize with the type, its definition from the bag, and paths such as pose.position.x.
 
         Raises:
             DefinitionError: the definition is invalid.
@@ -192,7 +192,7 @@ class FloatArrayLocator(Locator):
     """Finds consecutive numbers in a std_msgs/Float32MultiArray of certain lengths."""
 
     def __init__(self, count: int, lengths: Sequence[int], first: int = 0) -> None:
-        """Take the number of values wanted, the valid lengths, and the index of the first value."""
+        """Initialize with the number of values, the valid lengths, and the first value's index."""
         self.number_count = count
         self._lengths, self._first = lengths, first
 
@@ -212,10 +212,10 @@ class FloatArrayLocator(Locator):
 def float_array(data: Data) -> Tuple[int, int, int]:
     """Return where the numbers of a std_msgs/Float32MultiArray begin [byte], and their count.
 
-    The third value is the number of padding values at the beginning (the layout's data_offset).
+    The third value is the number of padding values before them (the layout's data_offset).
 
     Raises:
-        MessageDamaged: the message ends within its layout.
+        MessageDamaged: the message ends inside its layout.
     """
     dimensions, position = read_length(data, 0)
     for _ in range(dimensions):
@@ -260,7 +260,7 @@ def transform_places(data: Data) -> Iterator[TransformPlaces]:
     """Yield the places of the transforms in a tf2_msgs/TFMessage.
 
     Raises:
-        MessageDamaged: the message ends within a transform, or goes on after the last one.
+        MessageDamaged: the message ends inside a transform, or has bytes after the last one.
     """
     count, begin = read_length(data, 0)
     for _ in range(count):
@@ -280,7 +280,7 @@ class TransformLocator(Locator):
     number_count = 7
 
     def __init__(self, parent: str, child: str) -> None:
-        """Take the parent and the child frame."""
+        """Initialize with the parent and the child frame."""
         self._frames = parent.strip('/'), child.strip('/')
 
     def places(self, data: Data) -> NumberPlaces:
@@ -296,12 +296,12 @@ class TransformLocator(Locator):
 
 
 class TransformFrames(Locator):
-    """Notes parent and child of each transform, in messages of type tf2_msgs/TFMessage."""
+    """Collects parent and child of each transform in messages of type tf2_msgs/TFMessage."""
 
     number_count = 0
 
     def __init__(self) -> None:
-        """Know none yet."""
+        """Start without transforms."""
         self.pairs: Dict[Tuple[str, str], None] = {}
 
     def places(self, data: Data) -> NumberPlaces:
@@ -358,7 +358,7 @@ def joint_places(message_type: str, data: Data) -> JointPlaces:
 
 
 def _texts(data: Data, position: int) -> Tuple[Tuple[str, ...], int]:
-    """Return an array of texts, and the position after it."""
+    """Return an array of strings, and the position after it."""
     count, position = read_length(data, position)
     found = []
     for _ in range(min(count, _MAX_ELEMENTS)):
@@ -373,7 +373,7 @@ class JointLocator(Locator):
     number_count = 1
 
     def __init__(self, message_type: str, names: Sequence[str]) -> None:
-        """Take the type of the messages, and the possible names of the joint."""
+        """Initialize with the type of the messages, and the possible names of the joint."""
         self._type, self._names = message_type, names
 
     def places(self, data: Data) -> NumberPlaces:
@@ -388,7 +388,7 @@ class JointLocator(Locator):
 
 
 class _Walk:
-    """A walk over one message that notes the lengths it depends on."""
+    """A walk over one message that records the lengths it depends on."""
 
     def __init__(self, definitions: Definitions, data: Data) -> None:
         self._definitions = definitions
@@ -414,7 +414,7 @@ class _Walk:
         return Place(position, kind)
 
     def _inside(self, field: Field, position: int, step: Union[str, int]) -> Tuple[Field, int]:
-        """Return an element or a field inside a field, and where it begins."""
+        """Return an element or subfield of a field, and where it begins."""
         element = field._replace(is_array=False, length=None)
         if isinstance(step, int):
             count, position = self._count(field, position)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recorder's own topics in a bag, of type std_msgs/String except for frames."""
+"""The recorder's own topics in a bag, all of type std_msgs/String except those of frames."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
@@ -17,8 +17,8 @@ CALIBRATION = f'{OWN_TOPICS}calibration'
 STATIC_FRAMES = f'{OWN_TOPICS}static_frames'
 MARKS = f'{OWN_TOPICS}marks'
 ACCOUNT = f'{OWN_TOPICS}recording'
-"""Topics for the configuration's files, the base frames and all other fixed frames
-(tf2_msgs/TFMessage), the marks, and the recorder's account of the messages that it dropped."""
+"""Topics of the configuration's files, the base frames, all other fixed frames (both of type
+tf2_msgs/TFMessage), the marks, and the recorder's account of the messages that it dropped."""
 _TEXT_TYPE = 'std_msgs/String'
 
 

@@ -29,7 +29,7 @@ from process_visualizer.bagio.index_reader import read_index
 from process_visualizer.bagio.message_definition import Connection, definition_problem
 
 _EVER_SILENT = 0.5
-"""Share of the shortest hole beyond which no other silence of all topics may last."""
+"""Maximum duration of any other silence of all topics, as a share of the shortest hole."""
 _MAX_HOLES = 0.02  # of all intervals
 _REMARKED_S, _BEGUN_S = 2.0, 1.0  # before that, a latched message may be all there is
 
@@ -106,10 +106,10 @@ class Recording:
     def holes(self, shortest_s: float) -> np.ndarray:
         """Return the holes (m, 2) [s from the beginning] that last longer than ``shortest_s``.
 
-        They reach from the last message before to the first one after. In a hole nothing was
-        recorded, as the recorder or its computer stood still. So no value holds there, not even one
-        that is sent only when it changes. A recording of which all topics are silent now and then
-        has no holes; neither has one with a single topic, whose sender may be silent.
+        A hole extends from the last message before it to the first one after it. Nothing was
+        recorded in it because the recorder or its computer had stopped, so no value holds there,
+        not even one that is sent only when it changes. A recording has no holes if all of its
+        topics are silent now and then, or if it has a single topic, whose sender may be silent.
         """
         if len({it.topic for it in self.index.connections}) < 2:
             return np.empty((0, 2))
@@ -151,7 +151,7 @@ class Recording:
         return self._store.gaps
 
     def note(self, position: int, reason: str) -> None:
-        """Add a message that cannot be understood to the ``gaps``."""
+        """Add a message that cannot be decoded to the ``gaps``."""
         self._store.note(position, reason)
 
     def check_chunks(self) -> None:
@@ -159,7 +159,7 @@ class Recording:
         self._store.check()
 
     def is_readable(self, position: int) -> bool:
-        """Return whether the chunk of a message can be read, as far as is known."""
+        """Return whether the chunk of a message is not known to be unreadable."""
         return self._store.is_readable(position)
 
 
@@ -287,7 +287,7 @@ class _SingleReader:
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._failed: Set[int] = set()  # connections: one message of each is enough for a report
+        self._failed: Set[int] = set()  # connections; the report needs one message of each
 
     def among(self, positions: np.ndarray) -> List[int]:
         """Return the positions whose messages can be read."""
@@ -321,7 +321,7 @@ def _are_messages(batch: RecordBatch) -> np.ndarray:
     end = np.minimum(at + batch.u32_at(batch.begin, batch.end), batch.end)
     found = np.zeros(len(at), bool)
     rows = np.arange(len(at))
-    while len(rows):  # the next field of each undecided header
+    while len(rows):  # check the next field of each undecided header
         size = batch.u32_at(at[rows], end[rows])
         found[rows] = ((size == len(_IS_MESSAGE))
                        & (batch.u32_at(at[rows] + U32_BYTES, end[rows]) == _IS_MESSAGE_U32))
@@ -331,7 +331,7 @@ def _are_messages(batch: RecordBatch) -> np.ndarray:
 
 
 class _Rows:
-    """The wanted records in file order: chunk, and start and end in the chunk."""
+    """The requested records in file order: chunk, and start and end in the chunk."""
 
     def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
         order = np.argsort((index.chunk.astype(np.int64) << 32) | index.offset, kind='stable')

@@ -79,7 +79,7 @@ def _pose_of_transform(transform: Values) -> Pose:
 
 
 class RecordingCalibration(NamedTuple):
-    """Base frames of a recording (its first file): as recorded, and as saved since.
+    """Base frames of a recording: as recorded in its first file, and as saved later.
 
     Saved poses are poses of base frames in the global frame, by the frame's name.
     """
@@ -126,7 +126,7 @@ def saved_poses(bag: str) -> Dict[str, Pose]:
 
 
 def with_saved_poses(cell: Cell, poses: Mapping[str, Pose]) -> Cell:
-    """Return a cell with its base frames at the saved poses; others keep their pose."""
+    """Return a cell whose base frames have the saved poses; the others keep theirs."""
     return replace(cell, devices=tuple(_moved(it, poses) for it in cell.devices))
 
 
@@ -153,7 +153,7 @@ def save_pose(bag: str, frame: str, pose: Optional[Pose]) -> Dict[str, Pose]:
 
 
 def write_saved_poses(bag: str, poses: Mapping[str, Pose]) -> None:
-    """Replace all poses saved for a bag; without poses, no file of them is left.
+    """Replace all poses saved for a bag; without poses, their file is removed.
 
     Raises:
         BagError: the file cannot be written; it stays unchanged.
@@ -181,7 +181,7 @@ def _object(value: Any) -> Dict[str, Any]:
 
 
 def _vector(values: Any) -> Vector3:
-    """Return three numbers of JSON.
+    """Return three numbers from JSON.
 
     Raises:
         ValueError: the values are not three numbers.

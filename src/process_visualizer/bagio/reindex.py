@@ -66,7 +66,7 @@ def copy_path(path: str) -> str:
 
 
 def recovered_text(result: Reindexed) -> str:
-    """Return in words how much of a bag without an index could be read.
+    """Return a text that says how much of a bag without an index could be read.
 
     Raises:
         BagError: the indexed copy cannot be read.
@@ -132,7 +132,7 @@ class _Reindexing:
         self._last_ns = max([self._last_ns, *(entry.time_ns for entry in entries)])
 
     def _add_gap(self, at: int, reason: str) -> None:
-        """Add a gap of unknown end, which begins with the last message before it."""
+        """Add a gap whose end is unknown and whose time is that of the last message before it."""
         topics = sorted({it.topic.decode('utf-8', 'replace')
                          for it in self._connections.values()})
         self._gaps.append(Gap(self._source.path, at, self._last_ns, self._last_ns, tuple(topics),

@@ -29,7 +29,7 @@ from process_visualizer.shown_text import shown_in_line
 _MIN_JUMP_S = 0.1
 _END_OF_TIME_S = 1 << 32  # of ROS time
 _RARE = 0.1
-"""Share of skips above which the publisher does not number all of its messages."""
+"""Share of skipped numbers above which the publisher does not number all of its messages."""
 
 
 class Completeness(Enum):
@@ -51,7 +51,7 @@ class ClockJump(NamedTuple):
 class TopicReport(NamedTuple):
     """A topic of a recording.
 
-    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` are found
+    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` are those
     in the topic's messages; ``lost`` counts the losses known from them: messages that never reached
     the recorder. ``dropped`` counts messages that the recorder received but could not write (None:
     no account). ``untimed`` counts messages without a usable time.
@@ -89,7 +89,7 @@ class Report(NamedTuple):
     def completeness(self) -> Completeness:
         """Return the completeness, as far as the account and the readable parts show.
 
-        Gaps count only if they are losses: a foreign bag may have a throttled topic.
+        A gap counts only if messages were lost: another program's bag may have a throttled topic.
         """
         if self.unreadable or any(it.lost or it.dropped for it in self.topics):
             return Completeness.INCOMPLETE
@@ -99,7 +99,7 @@ class Report(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Return whether the recording has messages and nothing is known to be missing."""
+        """Return whether the recording has messages and none is known to be missing."""
         return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
 
 
@@ -164,7 +164,7 @@ def _publishers(connections: Sequence[Connection]) -> np.ndarray:
 
 
 def _lost(gaps: Tuple[StreamGap, ...], message_count: int, others: int) -> int:
-    """Return the number of messages that never arrived; 0 if numbers are missing regularly.
+    """Return the number of messages that never arrived; 0 if numbers are skipped regularly.
 
     A throttled topic has the sequence numbers of its source. ``others`` counts messages that did
     arrive, but are not among the messages: without a usable time, or dropped by the recorder.
@@ -196,7 +196,7 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
         noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
         return tuple(jump for jump in noticed if jump is not None)
     index = recording.index
-    # Times replaced by the first, and marks: one that waited for a recorder that hung is earlier.
+    # Skip times that were replaced by the first one, and marks, which may wait for a hung recorder.
     others = {*(it.topic for it in index.strays), MARKS}
     timed = np.array([it.topic not in others for it in index.connections], bool)[index.connection]
     as_written = np.lexsort((index.offset[timed], index.chunk[timed]))

@@ -31,7 +31,7 @@ _SPAN_MESSAGES = 100
 
 
 class StreamGap(NamedTuple):
-    """A place where sequence numbers are missing, or where the messages paused.
+    """An interval in which sequence numbers are missing, or the messages paused.
 
     ``begin_ns`` is the time of the last message before the gap [ns since the epoch]; ``missing`` is
     the number of missing sequence numbers (if ``is_numbered``), or else roughly the number of
@@ -59,10 +59,10 @@ class Stream(NamedTuple):
 def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
     """Return the gaps of all publishers of a stream, in the order of time.
 
-    If the sequence numbers of a publisher grow, they show what is missing. Otherwise an interval
-    of more than three times the publisher's usual interval (the median) is a gap, unless the
-    messages are only late: a busy computer may deliver many at once, so that some seconds later no
-    message is missing.
+    If the sequence numbers of a publisher increase, they show what is missing. Otherwise an
+    interval of more than three times the publisher's usual interval (the median) is a gap, unless
+    the messages are only late: a busy computer may deliver many at once, so that some seconds later
+    no message is missing.
     """
     found: List[StreamGap] = []
     for publisher in np.unique(stream.publisher):
@@ -72,7 +72,7 @@ def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
 
 
 def _gaps(time_ns: np.ndarray, step: np.ndarray) -> List[StreamGap]:
-    """Return the gaps of one publisher; ``step`` is the growth of the numbers (0: unknown)."""
+    """Return the gaps of one publisher; ``step`` is the increment of the numbers (0: unknown)."""
     rows = np.flatnonzero(step > 1)
     found = _as_gaps(time_ns, rows - 1, step[rows] - 1, True)
     if len(time_ns) >= _MIN_MESSAGES:
@@ -94,7 +94,7 @@ def _as_gaps(time_ns: np.ndarray, before: np.ndarray, missing: np.ndarray,
 
 
 def _steps(numbers: np.ndarray) -> np.ndarray:
-    """Return by how much each number has grown since the previous message (0: unknown)."""
+    """Return the increment of each number since the previous message (0: unknown)."""
     step = np.zeros(len(numbers), np.int64)
     known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
     step[1:] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
@@ -140,7 +140,7 @@ def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
 
 
 def backward_jumps(time_ns: np.ndarray, least_s: float) -> List[Tuple[int, float]]:
-    """Return the jumps of a clock: places where times go back by more than ``least_s``.
+    """Return the backward jumps of a clock by more than ``least_s``.
 
     Each jump is the time after it [ns] and its size [s, negative].
     """

@@ -12,7 +12,7 @@ from process_visualizer.cell.substitution import Arguments
 
 def read_arguments(root: Element, given: Mapping[str, str],
                    problems: ProblemList) -> Arguments:
-    """Return the values of the arguments in file order; an argument may use earlier ones."""
+    """Return the values of the arguments in file order; an argument may refer to earlier ones."""
     values: Dict[str, Optional[str]] = {}
     for element in root.children:
         if element.tag != 'arg':

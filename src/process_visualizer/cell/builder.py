@@ -42,7 +42,7 @@ _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 're
 
 
 def build_device(parsed: Parsed, global_frame: str) -> Device:
-    """Return the device of a ``<device>`` element; a wrong type or a missing name is guessed."""
+    """Return the device of a ``<device>`` element, guessing a wrong type or a missing name."""
     name = parsed.values['name'] or str(parsed.location)
     return Device(
         type=_device_type(parsed),
@@ -75,7 +75,7 @@ def _device_type(parsed: Parsed) -> DeviceType:
 
 
 def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
-    """Return an element to pass on to roslaunch, with its substitution arguments resolved."""
+    """Return an element for roslaunch, with its substitution arguments resolved."""
     attributes = {name: text for name, text in parsed.given.items() if name not in CONDITIONS}
     return RoslaunchElement(parsed.tag, attributes, parsed.text, parsed.location)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Confinement: removes everything from an untrusted configuration that could start or read things.
+"""Confinement: removes everything from an untrusted configuration that could run or read something.
 
 This module alone decides what is removed. It works on the elements before any value is resolved, so
 that no later step ever sees the removed parts of a recorded configuration. Only names and types of
-parameters are judged by what their arguments make of them.
+parameters are checked after their arguments are resolved.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from process_visualizer.cell.trust import Provenance, in_a_package, is_below
 from process_visualizer.cell.values import plain_yaml
 
 _RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
-"""Substitutions that are resolved; any other could be code, or reveal a secret of this computer."""
+"""Substitutions that are resolved; any other could run code or reveal secrets of this computer."""
 _FIND_PACKAGE = re.compile(r'\$\(find\s+[\w-]+\)')
 _NODE_ATTRIBUTES = ('pkg', 'type', 'name', 'ns', 'output', 'ifstate', 'if', 'unless')
 _LAUNCH_ATTRIBUTES = ('pkg', 'type', 'ifstate', 'if', 'unless')
@@ -69,7 +69,7 @@ def confined(root: Element, provenance: Provenance, given: Mapping[str, str]) ->
 
 def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenance
                        ) -> Tuple[Dict[str, str], Tuple[Problem, ...]]:
-    """Return the values given for arguments, except those that would be resolved again."""
+    """Return the values given for arguments, without those that would be substituted again."""
     if not provenance.is_data:
         return dict(given), ()
     kept = {name: value for name, value in given.items() if '$' not in value}
@@ -80,7 +80,7 @@ def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenan
 
 
 def refused_include(path: str, location: Location, provenance: Provenance) -> Optional[Problem]:
-    """Return a problem if data includes a file that is neither one of its own nor in a package."""
+    """Return a problem if data includes a file that is neither its own nor in a package."""
     if not provenance.is_data or is_below(path, provenance.folder) or in_a_package(path):
         return None
     return _problem(location, 'include', f'"{shortened(path)}" is ignored in '
@@ -89,7 +89,7 @@ def refused_include(path: str, location: Location, provenance: Provenance) -> Op
 
 
 class _Confinement:
-    """Walks over the elements of one file, and notes the ignored parts."""
+    """Walks over the elements of one file and collects the ignored parts."""
 
     def __init__(self, provenance: Provenance, arguments: Arguments) -> None:
         self.ignored: List[Problem] = []
@@ -174,7 +174,7 @@ def _unresolvable(element: Element) -> str:
     for name, value in element.attributes.items():
         text = _RESOLVED.sub('', value)
         if (element.tag, name) == ('include', 'file'):
-            text = _FIND_PACKAGE.sub('', text)  # a file of a package is also read as data
+            text = _FIND_PACKAGE.sub('', text)  # a package's file is read as data, too
         if '$' in text:
             return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in ' \
                    'files of your own'
@@ -208,7 +208,7 @@ def _parameter_refusal(tag: str, attributes: Mapping[str, str], text: str) -> st
 
 
 def _keys(value: object) -> Iterator[str]:
-    """Yield the keys that rosparam joins to names of parameters; one with a "/" leaves them."""
+    """Yield the keys that rosparam joins to parameter names; one with a "/" leaves the group."""
     values = [value]
     while values:
         mapping = values.pop()

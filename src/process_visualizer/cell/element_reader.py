@@ -23,7 +23,7 @@ from process_visualizer.cell.values import CONVERTERS
 # Reads an XML file into elements with their lines.
 #
 # Only data is read. A document type declaration is refused, and with it every entity that a file
-# could define: no local file is read, no network accessed, and no entity ("billion laughs")
+# could define: no local file is read, no network is accessed, and no entity ("billion laughs") is
 # expanded. Size and depth have limits far above the needs of any cell, so that no file can exhaust
 # the program.
 
@@ -142,11 +142,11 @@ def _error(location: Location, message: str) -> ConfigurationError:
 class Parsed:
     """An element with its typed values.
 
-    ``readable`` is False if the element's own attributes are wrong, ``sound`` also if anything
-    below it is wrong. ``values`` has every attribute of the tag; a wrong one has its default, or
-    None without a default. An element is ``complete`` if no required value is missing, so that the
-    search for further problems can go on. ``given`` has the substituted text of the attributes in
-    the file, ``wrong`` the names of those without a valid value.
+    ``readable`` is False if the element's own attributes are wrong; ``sound`` is also False if
+    anything below it is wrong. ``values`` has every attribute of the tag; a wrong one has its
+    default, or None if there is no default. An element is ``complete`` if no required value is
+    missing, so that the search for further problems can continue. ``given`` has the substituted
+    text of the attributes in the file, ``wrong`` the names of those without a valid value.
     """
 
     tag: str

@@ -25,7 +25,7 @@ class DisplayType:
     """A display type of RViz.
 
     ``default_topic`` is relative to the device's name; None: no default. ``device_names`` are
-    further properties whose values are names relative to the device's name.
+    further properties whose values are relative to the device's name.
     """
 
     topic_key: Optional[str]
@@ -103,7 +103,7 @@ DISPLAY_TYPES: Dict[str, DisplayType] = {
 PROPERTY_LIMITS: Mapping[str, int] = {
     'Plane Cell Count': 1000, 'Decay Time': 60, 'Queue Size': 100, 'Buffer Length': 1000,
     'Length': 1000, 'History Length': 1000, 'Cloud Decay Time': 60}
-"""Maximum values of properties of displays that others wrote: they cost memory in RViz."""
+"""Maximum values of display properties in untrusted configurations: they cost memory in RViz."""
 
 DEFAULT_FRAME = 'world'
 """The global frame if a configuration names none."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks that everything a cell needs exists here: packages, models, launch files, executables."""
+"""Checks that all that a cell needs is installed: packages, models, launch files, executables."""
 from __future__ import annotations
 
 import os
@@ -31,7 +31,7 @@ from process_visualizer.cell.substitution import package_advice
 
 def check_environment(cell: Cell, mode: Optional[Mode] = None,
                       devices: Optional[Iterable[str]] = None) -> List[Problem]:
-    """Return a problem for everything that devices name but does not exist, in file order.
+    """Return a problem for everything that devices refer to but that does not exist, in file order.
 
     With ``mode``, whatever starts only in the other mode is skipped. ``devices`` are names; the
     default is all devices (KeyError for an unknown name). Nodes on other machines are not checked;
@@ -45,7 +45,7 @@ def check_environment(cell: Cell, mode: Optional[Mode] = None,
 
 
 def require_environment(cell: Cell, mode: Mode, devices: Iterable[str]) -> None:
-    """Check everything that chosen devices need on this machine in a mode.
+    """Check everything that the chosen devices need on this machine in a mode.
 
     Raises:
         ConfigurationError: something is missing.

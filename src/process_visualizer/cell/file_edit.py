@@ -40,7 +40,7 @@ class StartTag(NamedTuple):
 
 
 class TagText(NamedTuple):
-    """The text from a start tag on, with start and end of each value inside its quotes.
+    """The text from a start tag onward, with start and end of each value inside its quotes.
 
     ``end`` is the position after the last attribute, where another can be inserted.
     """
@@ -177,7 +177,7 @@ def with_elements(data: bytes, parent: StartTag, elements: Sequence[str]) -> byt
 
 
 def _own_line(before: str, after: str, element: str) -> str:
-    """Return the element on a separate line, indented like the next one, or as deep as usual."""
+    """Return the element on a separate line, indented like the next one, or by the usual depth."""
     indent, child = _INDENT.search(before), _CHILD.match(after)
     if indent is None:
         return element
@@ -191,7 +191,7 @@ def _own_line(before: str, after: str, element: str) -> str:
 
 def _check_added(before: List[StartTag], after: List[StartTag], parent: StartTag,
                  elements: Sequence[str]) -> None:
-    """Make sure that only the elements are new, whatever the file looks like."""
+    """Check that only the elements are new, whatever the layout of the file."""
     def contents(tags: List[StartTag]) -> List[Tuple[Any, ...]]:
         return [(tag.tag, tag.attributes, tag.parent) for tag in tags]
 
@@ -229,7 +229,7 @@ class PoseEditor:
     """
 
     def __init__(self, cell: Cell) -> None:
-        """Take a cell that has just been parsed.
+        """Initialize with a cell that has just been parsed.
 
         Raises:
             PoseEditError: a file can no longer be read.
@@ -271,7 +271,7 @@ class PoseEditor:
         return None if changed == data else self._save(here.file, data, changed)
 
     def save_tool(self, device: str, frame: str, pose: Pose) -> SavedPose:
-        """Write the tool (its pose in a frame) of a robot that has none in the file.
+        """Write the tool (its pose in a frame) of a robot without one in the file.
 
         Raises:
             KeyError: there is no such device.
@@ -292,7 +292,7 @@ class PoseEditor:
             raise PoseEditError(f'{here}: <device>: {error}') from error
 
     def save_expected(self, device: str, boxes: Sequence[RegionOfInterest]) -> Optional[SavedPose]:
-        """Add boxes to what a depth sensor expects; None if there are none.
+        """Add boxes of expected objects to a depth sensor; return None without boxes.
 
         Raises:
             KeyError: there is no such device.
@@ -354,7 +354,7 @@ class PoseEditor:
         return tags[0]
 
     def _sharing(self, name: str, location: Location) -> List[str]:
-        """The devices that have the same <base>, <roi> or <objects>."""
+        """Return the devices that share the same <base>, <roi> or <objects>."""
         elements = [(it.name, getattr(it, name)) for it in self._cell.devices]
         return [device for device, element in elements
                 if element is not None and element.location == location]
@@ -423,7 +423,7 @@ def _with_values(written: TagText, edits: Dict[str, str]) -> str:
 
 
 def _check_attributes(before: bytes, after: bytes, tag: StartTag, edits: Dict[str, str]) -> None:
-    """Make sure that nothing but the attributes has changed, whatever the file looks like."""
+    """Check that only the attributes have changed, whatever the layout of the file."""
     if len(start_tags(before)) != len(start_tags(after)):
         raise ValueError('it cannot be changed without other changes; edit it by hand')
     for old, new in zip(start_tags(before), start_tags(after)):
@@ -517,7 +517,7 @@ def without(data: bytes, removals: Sequence[Removal]) -> bytes:
 
 
 def _ends(data: bytes) -> Dict[int, int]:
-    """Return where the end tag of each element begins (or an empty element ends), by its start."""
+    """Return, by element start, where its end tag begins (or where an empty element ends)."""
     parser = expat.ParserCreate()
     begun: List[int] = []
     ends: Dict[int, int] = {}

@@ -48,7 +48,7 @@ ROBOT_FUNCTIONS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
                    TopicFunction.FORCE_SENSOR)
 IMAGE_FUNCTIONS = (TopicFunction.DEPTH_IMAGE, TopicFunction.COLOR_IMAGE,
                    TopicFunction.CAMERA_INFO)
-"""The topics from which a cropped cloud is computed in one pass."""
+"""The topics from which the cropped cloud is computed in one pass."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ class Display:
 class Arrow:
     """The style of an arrow: ``scale`` in m per m/s or m per N, limits of the length in m.
 
-    None stands for the default of the quantity.
+    None means the default of the quantity.
     """
 
     quantity: str
@@ -194,7 +194,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class ColorScale:
-    """A color scale, linear from the variable's own color at begin to another color at end."""
+    """A color scale, linear from the variable's own color at ``begin`` to another at ``end``."""
 
     begin: float
     end: float
@@ -231,7 +231,7 @@ class Variable:
     is_shown: bool = True  # in RViz; does not affect limits and curve
     tolerance: Optional[float] = None  # allowed deviation from a good run
     value_names: Tuple[Tuple[float, str], ...] = ()
-    max_tolerance: Optional[float] = None  # limit of the tolerance, however much good runs differ
+    max_tolerance: Optional[float] = None  # limit of the tolerance, even if good runs differ more
 
 
 @dataclass(frozen=True)
@@ -256,7 +256,7 @@ class Fusion:
 
 @dataclass(frozen=True)
 class SoughtObjects:
-    """The search for unmodeled objects in a cloud; topic None: the device's own cloud.
+    """The search for unmodeled objects in a cloud; without a topic, in the device's own cloud.
 
     An object nearer to a robot than ``warn_m`` or ``stop_m`` is marked. Level surfaces of at least
     ``surface_m2`` and the contents of ``expected`` boxes are not objects. Without a region, the
@@ -332,7 +332,7 @@ class ProcessEvent:
     """A moment of the process: a number on a topic crosses a threshold.
 
     The number counts as beyond the threshold only if it stays there for ``lasting_s``, and as back
-    only when it has returned by the hysteresis.
+    only after it has returned by the hysteresis.
     """
 
     name: str
@@ -349,7 +349,7 @@ class ProcessEvent:
 class RunSpan:
     """One run of the process: from one event or mark to another, with some seconds around it.
 
-    ``group`` and ``place`` name the values that select the good runs a run is judged by; empty: no
+    ``group`` and ``place`` name the values that select the good runs for comparison; empty: no
     selection.
     """
 
@@ -365,7 +365,7 @@ class RunSpan:
 
 @dataclass(frozen=True)
 class ProcessPhase:
-    """A part of a run, from one event or mark to another; a wait may take any length of time."""
+    """A part of a run, from one event or mark to another; a wait may have any duration."""
 
     name: str
     begin: str

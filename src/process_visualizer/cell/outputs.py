@@ -17,7 +17,7 @@ _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
 
 
 def outputs(devices: Iterable[Device]) -> Dict[str, str]:
-    """Return the topics that the program publishes for devices, each with its device's name."""
+    """Return the topics that the program publishes for devices, with the device of each."""
     return {absolute_topic(device.name, output): device.name
             for device in devices for output in _outputs(device)}
 

@@ -101,9 +101,9 @@ def _table(head: Tuple[str, ...], rows: List[Tuple[str, ...]]) -> str:
 
 # The configuration language as an XML schema (XSD 1.0), for editors and validators.
 #
-# The schema accepts whatever the parser accepts, except for nonsense inside an element that ``if``
-# or ``unless`` drops. It rejects less than the parser, since it cannot check other files, the
-# values of ``$(…)``, or relations between elements.
+# The schema accepts whatever the parser accepts, except for invalid content of an element that
+# ``if`` or ``unless`` drops. It rejects less than the parser because it cannot check other files,
+# the values of ``$(…)``, or relations between elements.
 
 _HEADER = '''<?xml version="1.0" encoding="utf-8"?>
 <!-- Generated from src/process_visualizer/cell/elements.py by scripts/make_reference.py -->

@@ -60,7 +60,7 @@ MAX_LATENCY_S = 0.5  # a corrected stamp stays within the maximum age of 1 s
 
 
 def check_display(display: Display, problems: ProblemList) -> None:
-    """Check that type, topic, properties and children of a display fit together."""
+    """Check that type, topic, properties and children of a display are consistent."""
     display_type = DISPLAY_TYPES[display.type]
     what = f'a display of type "{display.type}"'
     if display_type.needs_topic and display.topic is None:
@@ -90,7 +90,7 @@ def _check_properties(display: Display, properties: Sequence[Property],
         _check_properties(display, item.children, problems)
 
 
-# Rules for elements that are passed on to roslaunch, which would reject them only later.
+# Rules for elements passed on to roslaunch, which would reject them only at the launch.
 
 _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
     'int': (int, 'a whole number'),
@@ -526,7 +526,7 @@ def check_sensors(devices: Sequence[Device], problems: ProblemList) -> None:
 
 
 def _check_own_data(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Report sensors that share a topic: each would be drawn as a mixture of both."""
+    """Report sensors that share a topic: the data of both would be mixed in each display."""
     owners: Dict[str, Device] = {}
     for device in devices:
         for topic in device.topics:
@@ -555,7 +555,7 @@ def _check_fusion(device: Device, fusion: Fusion, devices: Sequence[Device],
 
 
 def check_outputs(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Report topics that the program publishes: a node would take its own messages for a driver's.
+    """Report topics that the program publishes: nodes would take their own messages for a driver's.
 
     Such topics are not recorded either: in playback the nodes compute them again.
     """

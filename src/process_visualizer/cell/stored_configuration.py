@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Converts a configuration to a single text, which every recording contains, and back to files."""
+"""Converts a configuration to one text, which every recording contains, and back to files."""
 from __future__ import annotations
 
 import errno
@@ -13,8 +13,8 @@ from process_visualizer.cell.model import Cell
 
 MODEL_ENDINGS = ('.urdf', '.xacro')
 _ENDINGS = ('.xml', *MODEL_ENDINGS)
-"""File name endings of a configuration; no other program runs or reads such files on its own, but
-those in hidden folders, such as a window manager's menu."""
+"""File name endings of a configuration. Other programs do not run or read such files on their own,
+except in hidden folders, such as a window manager's menu."""
 _MAX_FILES = 1000
 
 
@@ -46,9 +46,9 @@ def _models_beside(cell: Cell) -> List[str]:
 
 
 def with_models_beside(stored: StoredConfiguration) -> StoredConfiguration:
-    """Return a configuration with models from outside its folder moved beside it.
+    """Return a configuration whose models from outside its folder are moved beside it.
 
-    A model can be moved only if the configuration names its path, not an argument.
+    A model can be moved only if the configuration contains its path, not an argument.
     """
     folder = os.path.dirname(stored.file)
     files = dict(stored.files)

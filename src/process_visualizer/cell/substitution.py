@@ -24,7 +24,7 @@ Arguments = Mapping[str, Optional[str]]
 
 
 class UnresolvedArgumentError(ValueError):
-    """Raised for a value that depends on an argument without a value (reported already)."""
+    """Raised for a value that depends on an argument without a value (already reported)."""
 
 
 def substitute(text: str, arguments: Arguments, file: str) -> str:

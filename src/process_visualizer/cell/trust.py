@@ -67,7 +67,7 @@ def trust_file() -> str:
 
 
 def trusted_packages() -> FrozenSet[str]:
-    """Return the packages on the list.
+    """Return the trusted packages in the list.
 
     Raises:
         OSError: the list cannot be read.
@@ -84,7 +84,7 @@ def trusted_packages() -> FrozenSet[str]:
 
 
 def set_trusted(name: str, is_trusted: bool) -> None:
-    """Add a package to the list, or remove it.
+    """Add a package to the list of trusted packages, or remove it.
 
     Raises:
         OSError, ValueError: the list cannot be read or written, or the name is invalid.

@@ -42,7 +42,7 @@ PATTERNS: Dict[str, str] = {
     'message': r'[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*',
     'field': rf'{_FIELD_PART}(\.{_FIELD_PART})*',
 }
-"""Regular expressions for whole values, written so that XML Schema understands them too."""
+"""Regular expressions for whole values, valid in XML Schema, too."""
 
 _COMPILED = {kind: re.compile(f'(?:{pattern})\\Z') for kind, pattern in PATTERNS.items()}
 _BLANKS = ' \t\r\n'
@@ -139,7 +139,7 @@ def axis(text: str) -> Numbers:
     largest = max(abs(value) for value in values)
     if largest < 1e-9:
         raise ValueError(f'{quoted(text)} has no direction; write a vector that is not zero')
-    scaled = [value / largest for value in values]  # no square overflows
+    scaled = [value / largest for value in values]  # so that no square overflows
     norm = math.sqrt(sum(value * value for value in scaled))
     return tuple(value / norm for value in scaled)
 
@@ -244,7 +244,7 @@ def message(text: str) -> str:
 
 
 def field(text: str) -> str:
-    """Return the path of a number in a message, such as data[2] or pose.position.x."""
+    """Return the path of a field that is a number, such as data[2] or pose.position.x."""
     return _matched('field', text, 'is not a field; write a path such as data, data[2] or '
                                    'pose.position.x')
 

@@ -40,14 +40,14 @@ from process_visualizer.cell.rules import (
 from process_visualizer.cell.trust import OPENED, Provenance
 
 _MAX_FILES = 100
-"""Limit of included files, as files that include each other twice would multiply."""
+"""Maximum number of included files: nested includes can multiply."""
 
 
 class XmlParser:
     """Parses a configuration and the files it includes.
 
     ``arguments`` are values for ``<arg>`` elements, as given on a command line. If the
-    configuration is data by its ``provenance``, everything that could run something is ignored.
+    ``provenance`` makes the configuration data, everything that could run something is ignored.
     """
 
     def __init__(self, arguments: Optional[Mapping[str, str]] = None,
@@ -95,7 +95,7 @@ class XmlParser:
                     tuple(reading.ignored), reading.parts_of_runs()), problems
 
     def _confined(self, device: Device) -> Device:
-        """Return the device, its model marked as data if the configuration is."""
+        """Return the device, with its model marked as data if the configuration is data."""
         if device.model is None or not self._provenance.is_data:
             return device
         return replace(device, model=replace(device.model, confined_to=self._provenance.folder))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Services of player, recorder, RViz and ROS as methods, for window and commands (rospy)."""
+"""Services of player, recorder, RViz and ROS as methods, for the window and commands (rospy)."""

@@ -32,7 +32,7 @@ class RecorderUnreachable(RecorderError):
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """Options of a recording; the defaults stand for the recorder's parameters.
+    """Options of a recording; by default the recorder's parameters apply.
 
     The bag is named ``NAME.bag``; without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
     and time). Topics that match one of the ``patterns`` (regular expressions for whole names) and
@@ -55,7 +55,7 @@ class RecordingOptions:
 
 _NODE = f'/{BAG_RECORDER}'
 _ANSWER_TIMEOUT_S = 60.0
-"""Limit of an answer: writing the memory to a slow disk takes a while."""
+"""Time limit for an answer: writing the memory to a slow disk takes a while."""
 _SERVICES = {'start': StartRecording, 'save_recent': StartRecording,
              'copy_recent': StartRecording, 'watch': StartRecording, 'stop': StopRecording,
              'mark_at': MarkAt}
@@ -129,7 +129,7 @@ class BagRecorder(NodeClient[RecorderState]):
     def stop(self) -> List[str]:
         """Stop recording; return the paths of the bags once everything is written.
 
-        The master is not needed: a restarted one does not know the recorder.
+        This works without the master, because a restarted one does not know the recorder.
 
         Raises:
             RecorderError: there was no recording, or something could not be written.
@@ -139,17 +139,17 @@ class BagRecorder(NodeClient[RecorderState]):
     def mark(self, label: str, stamp_s: float = 0.0) -> None:
         """Write a labeled mark to the recording or to the memory.
 
-        ``stamp_s`` is the time of the mark on the recorder's clock, 0 for its arrival there. The
-        same mark may be sent again if it is not known whether the recorder has taken it.
+        ``stamp_s`` is the time of the mark on the recorder's clock; 0: its arrival there. The same
+        mark may be sent again if it is unknown whether the recorder has accepted it.
 
         Raises:
-            RecorderError: there is neither a recording nor a memory to write to.
+            RecorderError: there is neither a recording nor a memory for the mark.
         """
         self._answer('mark_at', label, genpy.Time.from_sec(stamp_s))
 
 
-_TEXTS = 5  # number of texts that describe a connection
-_MAX_BYTES = 1 << 16  # far more than a message with a few numbers has
+_TEXTS = 5  # number of strings that describe a connection
+_MAX_BYTES = 1 << 16  # far more than a message with a few numbers
 
 
 class RecorderMemory:
@@ -164,7 +164,7 @@ class RecorderMemory:
         self._connections: Tuple[Connection, ...] = ()
 
     def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
-        """Return unread messages of topics, and whether there are more.
+        """Return unread messages of the topics, and whether there are more.
 
         Raises:
             ServiceUnreachable: the recorder does not answer.

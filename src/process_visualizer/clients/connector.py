@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A node's connections to publishers, also after a shortage of threads or memory."""
+"""A node's connections to publishers, even after a shortage of threads or memory."""
 from __future__ import annotations
 
 import _thread
@@ -19,14 +19,14 @@ _RETRY_S, _LOOK_S = 0.5, 0.5
 
 
 class Connector:
-    """Connects a node to the publishers that the master names, also after a shortage.
+    """Connects a node to the publishers that the master reports, even after a shortage.
 
-    rospy's thread ends when it cannot start another one for a connection: the node would hear of no
-    new publisher any more, such as a driver that is started again.
+    rospy's own thread ends when it cannot start another one for a connection. From then on the node
+    would miss every new publisher, such as a restarted driver.
     """
 
     def __init__(self, handler: Any) -> None:
-        """``handler`` is the node's, which connects."""
+        """``handler`` is the node's handler, which makes the connections."""
         self._handler = handler
         self._changed = threading.Condition()
         self._updates: List[str] = []
@@ -34,18 +34,18 @@ class Connector:
         self._is_behind = False
 
     def ask_again(self) -> None:
-        """Ask the master soon for all publishers, as one of its messages may have been lost."""
+        """Ask the master for all publishers soon, as one of its messages may have been lost."""
         self._is_behind = True
 
     def publisher_update(self, resolved_name: str, uris: List[str]) -> None:
-        """Take the present publishers of a topic; in place of RegManager's method."""
+        """Note the present publishers of a topic; replaces RegManager's method."""
         with self._changed:
             self._publishers[resolved_name] = uris
             self._updates.append(resolved_name)
             self._changed.notify_all()
 
     def run(self) -> None:
-        """Connect until the shutdown."""
+        """Make connections until the shutdown."""
         while not (self._handler.done or rospy.is_shutdown()):
             topic = ''
             try:
@@ -58,8 +58,8 @@ class Connector:
                 self._connect_later(topic, error)
 
     def _ask_master(self) -> None:
-        """Take the present publishers of all topics from the master."""
-        time.sleep(_RETRY_S)  # more may have been lost, or may be lost still
+        """Get the present publishers of all topics from the master."""
+        time.sleep(_RETRY_S)  # more messages may be lost in the meantime
         self._is_behind = False
         try:
             master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
@@ -71,7 +71,7 @@ class Connector:
             self._is_behind = True
 
     def _next_topic(self) -> str:
-        """Wait for a topic with new publishers, not for long; '': there is none."""
+        """Wait briefly for a topic with new publishers; return '' if there is none."""
         with self._changed:
             if not self._updates:
                 self._changed.wait(_LOOK_S)
@@ -97,17 +97,17 @@ class Connector:
 
     def _connect_later(self, topic: str, error: Exception) -> None:
         rospy.logwarn('%s: no connection: %s', topic, shown(repr(error)))
-        time.sleep(_RETRY_S)  # a shortage does not end sooner because of another try
+        time.sleep(_RETRY_S)  # retrying sooner does not end a shortage
         with self._changed:
             if topic:
                 self._updates.insert(0, topic)
 
 
 def connect_patiently() -> List[Tuple[Any, Connector]]:
-    """Start the connector of this process's node; to be called after ``rospy.init_node``.
+    """Start the connector of this process's node; call this after ``rospy.init_node``.
 
-    rospy goes on to register and unregister topics. Returns rospy's own object of the node with the
-    connector; nothing if there is no node yet.
+    rospy continues to register and unregister topics. Returns rospy's node object with the
+    connector; an empty list if there is no node yet.
     """
     found = []
     for hook in rospy.core._shutdown_hooks:

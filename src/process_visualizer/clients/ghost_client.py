@@ -26,12 +26,12 @@ class GhostError(Exception):
 
 def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = (),
                master_uri: Optional[str] = None, start_s: float = 0.0) -> None:
-    """Show robots and arrows of another run in step with the player; hide all if there are none.
+    """Show robots and arrows of another run in step with the player; without any, hide all.
 
     Args:
         tracks: the robots' tracks.
         arrows: the arrows of the run's quantities.
-        master_uri: that of another master than this process's, if given.
+        master_uri: the URI of another master than this process's, if given.
         start_s: maximum time that the node may still need to start [s].
 
     Raises:
@@ -41,7 +41,7 @@ def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[ReferenceArrow] = 
 
 
 def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
-    """Follow the live robots beside a reference, drawn or not; stop if it has no tracks.
+    """Follow the live robots with a reference, drawn or hidden; stop if it has no tracks.
 
     Raises:
         GhostError: the node does not answer, or refuses.

@@ -18,7 +18,7 @@ _DRAWN_WITHIN_S = 1.0
 
 
 def set_shape(marker: Marker, visual: LinkVisual, place: Placement) -> None:
-    """Set a marker to the shape of a link, at a place in the marker's frame."""
+    """Give a marker the shape of a link, at a pose in the marker's frame."""
     marker.type = KINDS[visual.kind]
     marker.mesh_resource = visual.mesh
     marker.scale.x, marker.scale.y, marker.scale.z = visual.size

@@ -51,7 +51,7 @@ class PlayerClient(NodeClient[PlayerState]):
         self._wait_for_service(_LAST_OFFERED, timeout_s, 'bag_player FILE')
 
     def play(self) -> str:
-        """Continue playing; at the end, start over."""
+        """Play on; at the end, start over."""
         return self._call('play')
 
     def pause(self) -> str:
@@ -67,11 +67,11 @@ class PlayerClient(NodeClient[PlayerState]):
         return self._call('stop')
 
     def repeat(self) -> str:
-        """Publish the scene again while paused, for a cell that has changed."""
+        """Publish the scene again while paused, because the cell has changed."""
         return self._call('repeat')
 
     def seek(self, position_s: float) -> str:
-        """Go to a position [s from the beginning] within the recording; keep playing or pausing."""
+        """Seek to a position [s from the beginning] in the recording; keep playing or pausing."""
         return self._call('seek', position_s)
 
     def set_rate(self, rate: float) -> str:

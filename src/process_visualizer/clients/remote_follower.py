@@ -27,7 +27,7 @@ _LENGTH = struct.Struct('<I')
 class RemoteFollower:
     """Reads one topic of one node, in a thread of its own, until that node ends.
 
-    The node is asked directly, as by any subscriber; the node's master is not notified.
+    The node is asked directly, as by any subscriber, but without registering at its master.
     """
 
     def __init__(self, topic: str, message_class: Type[Any], node: str, master_uri: str,
@@ -47,11 +47,11 @@ class RemoteFollower:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop following, and wait for the end of the thread."""
+        """Stop following, and wait until the thread has ended."""
         with self._lock:
             self._closed.set()
             if self._connection is not None:
-                with suppress(OSError):  # the node has ended by itself
+                with suppress(OSError):  # the node has closed it already
                     self._connection.shutdown(socket.SHUT_RDWR)
         self._thread.join()
 
@@ -78,7 +78,7 @@ class RemoteFollower:
             self._on_message(message)
 
     def _connected(self, end_s: float) -> socket.socket:
-        """Connect; ask a node that has just started again until it publishes."""
+        """Return a connection; retry for a while, as a node may have just started."""
         while True:
             try:
                 return self._connect()
@@ -93,7 +93,7 @@ class RemoteFollower:
             'topic': self._topic, 'type': self._message_class._type,
             'md5sum': self._message_class._md5sum, 'callerid': rospy.get_name(),
             'message_definition': self._message_class._full_text, 'tcp_nodelay': '1'}, _TIMEOUT_S)
-        connection.settimeout(None)  # a publisher may have nothing to say
+        connection.settimeout(None)  # a publisher may have nothing to send
         with self._lock:
             if self._closed.is_set():
                 connection.close()

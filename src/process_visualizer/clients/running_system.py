@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Observation of a running system, from its parameters and a moment of all topics."""
+"""Observation of a running system, from its parameters and a short time of all topics."""
 from __future__ import annotations
 
 import threading
@@ -51,7 +51,8 @@ def from_system() -> NewConfiguration:
     The configuration of a running cell is returned if there is one.
 
     Raises:
-        ValueError: nothing is running that belongs in a configuration, or the master has gone.
+        ValueError: nothing is running that belongs in a configuration, or the master does not
+            answer.
     """
     try:
         master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
@@ -62,7 +63,7 @@ def from_system() -> NewConfiguration:
 
 
 def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
-    """Return the running cell's configuration; if it is unusable, one from the system's topics."""
+    """Return the running cell's configuration; if it is unusable, one made from the topics."""
     try:
         return of_stored(stored, seen, f'the cell running at {rosgraph.get_master_uri()}',
                          Origin.NETWORK)
@@ -78,7 +79,7 @@ def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
         rosgraph.MasterException, OSError: the master does not answer.
     """
     if not master.hasParam(_CONFIGURATION) or not is_registered(_RECORDER):
-        return None  # the master keeps the parameter after the end of a cell
+        return None  # the master keeps the parameter after the cell has ended
     try:
         return stored_configuration(parsed_json(master.getParam(_CONFIGURATION)))
     except (TypeError, AttributeError, ValueError):
@@ -161,7 +162,7 @@ class _Listener:
                 for its, messages in found]
 
     def _wait(self, look_s: float, subscribers: Dict[str, rospy.Subscriber]) -> None:
-        """Wait; listen to only one message of a topic with large messages."""
+        """Wait; unsubscribe after the first message of a topic with large messages."""
         end_s = time.monotonic() + look_s
         while True:
             with self._changed:
@@ -186,7 +187,7 @@ class _Listener:
 
 
 def _connection(topic: str, header: Dict[str, str]) -> Connection:
-    """Return the connection in a publisher's header; not every publisher sends a definition."""
+    """Return the connection described by a publisher's header, which may lack the definition."""
     return with_definition(Connection(
         topic, header.get('type', ''), header.get('md5sum', ''),
         header.get('message_definition', ''), False, header.get('callerid', '')))

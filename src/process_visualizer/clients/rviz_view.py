@@ -44,7 +44,7 @@ class RvizView:
             for name in ('save_config', 'load_config_discarding_changes', 'load_config'))
 
     def save(self, path: str) -> None:
-        """Let RViz write its present view, with the camera, to a file (absolute path).
+        """Make RViz write its present view, with the camera, to a file (absolute path).
 
         Raises:
             RvizViewError: RViz does not answer, or fails.
@@ -52,10 +52,10 @@ class RvizView:
         self._call([self._save], path, 'cannot write its view to')
 
     def load(self, path: str) -> None:
-        """Let RViz show the view in a file (absolute path).
+        """Make RViz load the view from a file (absolute path).
 
-        RViz before 1.14.5 has only the second service, which discards changes in that version;
-        later ones ask the user.
+        RViz before 1.14.5 has only the second service, which discards changes there; later versions
+        ask the user.
 
         Raises:
             RvizViewError: RViz does not answer, or cannot read the file.
@@ -105,7 +105,7 @@ class DrawnView:
             return self._frames()
 
     def take(self, report: DiagnosticArray) -> None:
-        """Take a report; may be called in any thread. One that is empty says nothing of RViz."""
+        """Process a report (from any thread); an empty one says nothing about RViz."""
         if not report.status:
             return
         with self._changed:
@@ -118,7 +118,7 @@ class DrawnView:
             self._changed.notify_all()
 
     def begin_again(self) -> None:
-        """Forget that everything was drawn, as the scene has changed."""
+        """Reset the drawing state, because the scene has changed."""
         with self._changed:
             self._frames_when_ok = None
 

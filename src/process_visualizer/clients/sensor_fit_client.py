@@ -48,7 +48,7 @@ def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorF
     ``frame`` is the global frame. Blocks for some seconds.
 
     Raises:
-        FitError: the pose cannot be found; the sensor stays where it is.
+        FitError: the pose cannot be found; the sensor keeps its pose.
     """
     assert device.base is not None, 'a sensor that can be moved has a base'
     connection = ServiceConnection(f'/{SENSOR_FIT}/fit', FitSensor, _TIMEOUT_S)
@@ -83,7 +83,7 @@ def _points(device: Device) -> str:
 
 
 def _cloud_topic(device: Device) -> str:
-    """Return the topic of a device's cloud, uncropped if possible, which shows more models."""
+    """Return the topic of a device's cloud, if possible uncropped: it shows more of the models."""
     published = {name for name, kind in rospy.get_published_topics() if kind == _CLOUD}
     shown = device.topic_for(TopicFunction.POINTCLOUD)
     others = [topic.name for topic in device.topics if topic is not shown]

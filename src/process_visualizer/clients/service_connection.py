@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Persistent connections to services, which notice a node that hangs or has restarted."""
+"""Persistent connections to services, which detect a node that hangs or has restarted."""
 from __future__ import annotations
 
 import io
@@ -37,7 +37,7 @@ class ServiceMissing(ServiceUnreachable):
 
 
 class _Gone(Exception):
-    """The node has closed the connection; it is no longer running."""
+    """The node has closed the connection, so it no longer runs."""
 
 
 class ServiceConnection:
@@ -66,8 +66,8 @@ class ServiceConnection:
 
         Raises:
             ServiceMissing: no node offers the service.
-            ServiceUnreachable: there is no answer; the request was carried out only if the answer
-            came too late.
+            ServiceUnreachable: there is no answer; the request was not carried out, unless the
+                answer came too late.
         """
         kind = self._service._request_class
         is_one = len(request) == 1 and isinstance(request[0], kind)
@@ -82,7 +82,7 @@ class ServiceConnection:
                 raise problem(f'{self._name} does not answer: {error}') from error
 
     def wait(self, timeout_s: float, interrupted: Optional[threading.Event] = None) -> bool:
-        """Wait until a node offers the service, by asking ten times a second: ROS sends no notice.
+        """Wait until a node offers the service, by polling ten times a second: ROS sends no notice.
 
         Return False after the timeout, or if ``interrupted`` is set.
         """
@@ -109,7 +109,7 @@ class ServiceConnection:
         return AskedMaster(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
 
     def _exchanged(self, data: bytes) -> bytes:
-        """Return the bytes of the answer; a node that has gone is looked up once more."""
+        """Return the bytes of the answer; look up a node again that has closed the connection."""
         if self._socket is not None:
             try:
                 return _exchange(self._socket, data)
@@ -177,7 +177,7 @@ class NodeClient(Generic[State]):
     def __init__(self, node: str, state_class: Type[Any], services: Mapping[str, Type[Any]],
                  timeout_s: float, on_state: Optional[Callable[[State], None]] = None,
                  follow_now: bool = True, master_uri: Optional[str] = None) -> None:
-        """Follow the state, from now (which blocks until the master answers) or from ``begin`` on.
+        """Follow the state from now on (this waits for the master), or from ``begin`` on.
 
         A node on another master can be commanded, but not followed. A call fails if the node does
         not answer within the timeout.
@@ -223,7 +223,7 @@ class NodeClient(Generic[State]):
                                    f'"rosrun process_visualizer {program}"')
 
     def _answer(self, name: str, *request: object) -> Any:
-        """Return the answer of a service; UNREACHABLE, or REFUSED with the node's reason."""
+        """Return the answer of a service; raise UNREACHABLE, or REFUSED with the node's reason."""
         try:
             answer = self._services[name].call(*request)
         except ServiceUnreachable as error:
@@ -233,7 +233,7 @@ class NodeClient(Generic[State]):
         return answer
 
     def _address(self) -> Tuple[str, int]:
-        """Return host and port of the sender of the state, which also offers the services there.
+        """Return host and port of the state's publisher, which also offers the services there.
 
         The master is not asked: it may have died, or been restarted.
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: the window's functions for configurations and bags, in a terminal."""
+"""The command ``cell``: functions of the window for configurations and bags, in a terminal."""

@@ -133,7 +133,7 @@ def _configuration(options: argparse.Namespace) -> int:
 
 
 def _warn_of_active_elements(path: str, folder: str, given: Mapping[str, str]) -> None:
-    """Report elements that are ignored in the bag but take effect when the file is opened.
+    """Report elements that are ignored in the bag but take effect once the file is opened.
 
     A file that cannot be read is not an error here: it is written unchanged.
     """
@@ -237,7 +237,7 @@ def _recorded(bag: str) -> Tuple[Dict[str, RecordedFrame], Dict[str, Pose], str,
 
 def _bases(then: Mapping[str, RecordedFrame], saved: Mapping[str, Pose], cell: Optional[Cell]
            ) -> List[_Base]:
-    """Return the base frames of the configuration, or without one all recorded or saved ones."""
+    """Return the base frames of the configuration; without one, all recorded or saved ones."""
     if cell is None:
         return [_Base(frame, then[frame].parent if frame in then else '',
                       then[frame].pose if frame in then else None, saved.get(frame), None)
@@ -313,7 +313,7 @@ def execute_cut(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 
     Raises:
         BagError: a file cannot be read or written.
-        ValueError: the options do not name one span, or the recording does not have it.
+        ValueError: the options do not specify one span, or the recording does not contain it.
     """
     chosen = ChosenRuns() if options.config is None else \
         ChosenRuns(XmlParser(arguments).parse(options.config))
@@ -368,7 +368,7 @@ def _span_s(options: argparse.Namespace,
 
 
 def _moment(paths: Tuple[str, ...], words: str, chosen: ChosenRuns) -> _Moment:
-    """Return the moment of a time, or else the mark, or else the alarm with these words.
+    """Return the moment given as a time, or else the mark, or else the alarm with these words.
 
     Raises:
         ValueError: nothing matches, or more than one mark or alarm does.

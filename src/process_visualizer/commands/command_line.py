@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: the window's functions for configurations and bags, in a terminal."""
+"""The command ``cell``: functions of the window for configurations and bags, in a terminal."""
 from __future__ import annotations
 
 import argparse
@@ -104,7 +104,7 @@ _COMMANDS = {
 
 
 _WITHOUT_VALUES = ('new', 'trust', 'view')
-"""Commands in which NAME:=VALUE is a word like any other, as in those for bags."""
+"""Commands in which NAME:=VALUE is an ordinary word, as in those for bags."""
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
     'compare': add_compare_options, 'share': add_share_options,
@@ -114,7 +114,7 @@ _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
 
 
 def _has_lost_reader() -> bool:
-    """Return whether nobody reads the output any more, such as "head", which has read enough."""
+    """Return whether the reader of the output has ended, such as "head" after its last line."""
     output = select.poll()
     output.register(sys.stdout.fileno(), 0)
     return any(event & select.POLLERR for _, event in output.poll(0))
@@ -125,7 +125,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     has_values = words[:1] and words[0] in _COMMANDS and words[0] not in _WITHOUT_VALUES
     named = list(filter(_NAMED_VALUE.match, words)) if has_values else []
-    options = _parsed([word for word in words if word not in named])  # only allowed in one place
+    options = _parsed([word for word in words if word not in named])  # only allowed in one position
     try:
         if hasattr(options, 'bag_command'):
             code = execute_bag_command(options)
@@ -155,7 +155,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
     """Return the options; repeated words of a command, such as bags, may appear between options.
 
-    argparse by itself accepts them in one place only.
+    argparse itself accepts them in one position only.
     """
     parser = _parser()
     options, rest = parser.parse_known_args(words)
@@ -222,7 +222,7 @@ def _execute(options: argparse.Namespace) -> int:
     if options.command == 'serve':
         return execute_serve(options, _named_values(options.args))
     if options.command in _RECORDING_COMMANDS:
-        if options.command != 'calibration':  # which uses the recorded configuration's file
+        if options.command != 'calibration':  # it uses the recorded configuration's file
             _check_used(options.args, options.config)
         return _RECORDING_COMMANDS[options.command](options, _named_values(options.args))
     if options.command == 'check':
@@ -257,7 +257,7 @@ def _record(options: argparse.Namespace) -> int:
 
 
 def _check_used(words: Sequence[str], config: Optional[str]) -> None:
-    """Raise ValueError for values that no configuration would use: a recorded one has its own."""
+    """Raise ValueError for values that no configuration uses: a recorded one has its own."""
     if words and config is None:
         raise ValueError(f'"{words[0]}" is a value for a configuration; name its file too')
 
@@ -303,7 +303,7 @@ def _calibrated(cell: Cell, bag: str) -> Cell:
 
 
 def _plan(choice: Choice) -> Plan:
-    """Return the plan; anything missing on this machine is an error before anything starts."""
+    """Return the plan, after checking that nothing is missing on this machine."""
     require_environment(choice.cell, choice.mode, [device.name for device in choice.devices])
     plan = generate(choice)
     for warning in plan.warnings:

@@ -74,9 +74,9 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
 
 
 def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Compare runs with good ones; return 0 if all are in range, 2 if one is not.
+    """Compare runs with good ones; return 0 if all are in range, 2 if any is not.
 
-    Return 3 if none is out of range, but a run could not be judged completely.
+    Return 3 if none is out of range, but some run could not be judged completely.
 
     Raises:
         TooFewRuns: there are too few good runs for the requested rate.
@@ -116,7 +116,7 @@ def _chosen(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenRun
 
 
 def _check_recorded(runs: Sequence[Run]) -> None:
-    """Raise ValueError for configured names that no recording has and that look misspelled."""
+    """Raise ValueError for configured names that no recording has, if they seem misspelled."""
     mistakes = sorted(text for text, is_mistake in _absent(runs) if is_mistake)
     if mistakes:
         raise ValueError('; '.join(mistakes))
@@ -145,7 +145,7 @@ def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
 
 def _report(options: argparse.Namespace, arguments: Dict[str, str], good: GoodRuns,
             found: Sequence[Comparison]) -> str:
-    """Return the page of the comparisons, the worst one first."""
+    """Return the page of the comparisons, the worst first."""
     cell = None if options.config is None else XmlParser(arguments).parse(options.config)
     runs = [it.run for it in found]
     return shared_page(

@@ -132,7 +132,7 @@ def _places(problems: Iterable[Problem]) -> Set[Tuple[Location, str]]:
 
 
 def _warning(problem: Problem) -> str:
-    """Return the line of a warning, marked as such because the configuration can still be used."""
+    """Return the line of a warning, marked as one because the configuration can still be used."""
     return str(replace(problem, message=f'warning: {problem.message}'))
 
 
@@ -220,7 +220,7 @@ def execute_trust(options: argparse.Namespace) -> int:
 
 def overview(cell: Cell, devices: Sequence[Device],
              descriptions: Mapping[str, RobotDescription]) -> str:
-    """Return a text of the devices with their frames, nodes and topics.
+    """Return a text that lists the devices with their frames, nodes and topics.
 
     ``descriptions`` are the usable models, by device.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell expect``: expect what a depth sensor sees now, as boxes."""
+"""The command ``cell expect``: adds boxes for the objects that a depth sensor sees now."""
 from __future__ import annotations
 
 import argparse
@@ -30,7 +30,7 @@ def add_expect_options(command: argparse.ArgumentParser) -> None:
 
 
 def execute_expect(options: argparse.Namespace, arguments: Mapping[str, str]) -> int:
-    """Print what would be expected, and write it if that is wanted; return the exit code.
+    """Print what would be expected, and write it if requested; return the exit code.
 
     Raises:
         ConfigurationError: the configuration has problems.
@@ -69,7 +69,7 @@ def _looks(messages: Sequence[DetectedObjects], frame: str) -> List[Tuple[SeenOb
     """Return all objects of each message; ``frame`` is the global frame.
 
     Raises:
-        ValueError: they are in another one.
+        ValueError: they are in another frame.
     """
     for it in messages:
         if it.header.frame_id != frame:
@@ -80,10 +80,10 @@ def _looks(messages: Sequence[DetectedObjects], frame: str) -> List[Tuple[SeenOb
 
 
 def _listen(sensor: str) -> List[DetectedObjects]:
-    """Return what a sensor sends within some seconds.
+    """Return the messages that a sensor sends within some seconds.
 
     Raises:
-        ValueError: there is no master, or nothing comes.
+        ValueError: there is no master, or no message arrives.
     """
     master = RosMaster()
     if not master.is_online():
@@ -102,7 +102,7 @@ def _listen(sensor: str) -> List[DetectedObjects]:
 
 
 def _received(messages: 'queue.Queue[DetectedObjects]') -> List[DetectedObjects]:
-    """Return the messages of the time after the first one; none if that does not come."""
+    """Return the messages of a time from the first one on; an empty list if none arrives."""
     received: List[DetectedObjects] = []
     end_s = time.monotonic() + START_S
     try:

@@ -51,7 +51,7 @@ _NOT_OFFERED = {
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """The choice of what to record, and until when.
+    """The choice of what to record and when to stop.
 
     ``recording`` has the topics of the command line; the topics of the configuration's devices and
     of ``node`` are added to them.
@@ -61,8 +61,8 @@ class RecordOptions:
     devices: Optional[str]  # A,B; None: all devices of the configuration
     node: str  # whose subscriptions are recorded; '': no node
     recording: RecordingOptions
-    size_bytes: int  # at which the recording ends; 0: no limit
-    duration_s: float  # after which the recording ends; 0: no limit
+    size_bytes: int  # recording ends at this size; 0: no limit
+    duration_s: float  # recording ends after this time; 0: no limit
     queue_mb: Optional[int]
     is_quiet: bool
 
@@ -96,7 +96,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
 
 
 class _NotOffered(argparse.Action):
-    """Rejects an option of rosbag record, naming the alternative."""
+    """Rejects an option of rosbag record, and names the alternative."""
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
                  values: Any, option_string: Optional[str] = None) -> None:
@@ -220,10 +220,10 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
 
 
 class RecordRun:
-    """One recording by its own recorder; reports problems to the operator at once."""
+    """One recording by a recorder of its own; reports problems to the operator at once."""
 
     def __init__(self, process: 'subprocess.Popen[bytes]', options: RecordOptions) -> None:
-        """Take the recorder's process, whose states are passed to `take_state`."""
+        """Initialize with the recorder's process, whose states are passed to `take_state`."""
         self._process = process
         self._wanted = options
         self._end = threading.Event()
@@ -233,9 +233,9 @@ class RecordRun:
 
     def run(self, recorder: BagRecorder, options: RecordingOptions,
             is_time_simulated: bool) -> int:
-        """Record until a signal or the limit, or until the recorder ends; return the exit code.
+        """Record until a signal, the limit or the end of the recorder; return the exit code.
 
-        If time is simulated, wait for the first time: earlier messages would have no time.
+        With simulated time, wait until the clock starts: earlier messages would have no time.
 
         Raises:
             RecorderError: the recorder's process has ended, or refuses to start or stop.
@@ -338,6 +338,6 @@ def _command(name: str, options: RecordOptions) -> List[str]:
     if not programs:
         raise OSError('the program bag_recorder is not built; build the workspace')
     queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]
-    folder = options.recording.folder  # others in the network may choose only folders below it
+    folder = options.recording.folder  # other computers may choose only folders below it
     return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0',
             *([f'_folder:={folder}'] if folder else []), *queue]

@@ -47,8 +47,8 @@ from process_visualizer.remote.link_words import (
 from process_visualizer.shown_text import say
 
 _SHOWN = ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]', OVER, HOW_TO_WATCH)
-_NODE_TAIL = 6  # last lines of a failed required node
-_LOG_TAIL = 20  # last lines of roslaunch if it could start nothing
+_NODE_TAIL = 6  # last lines shown of a failed required node
+_LOG_TAIL = 20  # last lines shown of roslaunch if it could start nothing
 
 
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
@@ -79,7 +79,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
         write_plan(plan, folder)
         return _run(f'{folder}/{LAUNCH_FILE}', choice)
     record = RunRecord()
-    output = record.begin()  # recorded, so that the next start removes it if this process is killed
+    output = record.begin()  # recorded: if this process is killed, the next start removes it
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
     if code == 0:
@@ -106,12 +106,12 @@ class _Reporter:
             self._print(line)
 
     def others(self, others: Others) -> None:
-        """Report other nodes whose messages mix with those of the cell."""
+        """Report other nodes whose messages would mix with those of the cell."""
         if others:
             self._print(f'[WARN] {explanation(self._choice.mode, others)}')
 
     def look(self, look: CellLook) -> None:
-        """Report nodes that do not answer, and those that answer again."""
+        """Report nodes that have stopped answering, and those that answer again."""
         parts = {name: part_of_node(name, self._choice) for name in look.silent}
         count = len(self._board.events)
         self._board = self._board.seen(watch_conditions(self._choice.mode, look, parts),
@@ -165,7 +165,7 @@ def _start_of(choice: Choice) -> Start:
 def exit_code(run: LaunchRun, is_stopped: bool = False) -> int:
     """Return 1 if a required node failed, or roslaunch was killed or started nothing, else 0.
 
-    If the operator has stopped it, it does not matter that nothing had started.
+    If the operator stopped it, it does not matter whether anything had started.
     """
     if run.killed_by:
         say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '

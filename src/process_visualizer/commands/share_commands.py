@@ -57,8 +57,8 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
-        ValueError: an option is out of range, or there is more than one page can show.
-        OSError: the page cannot be written; no part of it is left.
+        ValueError: an option is out of range, or the runs are too long for one page.
+        OSError: the page cannot be written; no partial file is left.
     """
     chosen = chosen_spans(options, arguments)
     write_text(options.output, page_of(chosen, options.clouds))
@@ -85,7 +85,7 @@ def execute_export(options: argparse.Namespace, arguments: Dict[str, str]) -> in
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or a package is missing.
-        OSError: the file cannot be written; no part of it is left.
+        OSError: the file cannot be written; no partial file is left.
     """
     if os.path.splitext(options.output)[1].lower() not in EXPORT_ENDINGS:
         raise ValueError(f'{options.output}: name a file that ends in {", ".join(EXPORT_ENDINGS)}')
@@ -151,7 +151,7 @@ def execute_film(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
         ValueError: an option is out of range, or a program is missing or fails.
-        OSError: a file cannot be written; no part of the film is left.
+        OSError: a file cannot be written; no partial film is left.
     """
     ending = os.path.splitext(options.output)[1].lower()
     if ending not in FILM_ENDINGS:
@@ -190,7 +190,7 @@ def execute_picture(options: argparse.Namespace, arguments: Dict[str, str]) -> i
 
 
 class _Progress:
-    """Reports from time to time the number of finished frames and the remaining time."""
+    """Reports the number of finished frames and the remaining time every now and then."""
 
     def __init__(self) -> None:
         self._begin_s = self._reported_s = time.monotonic()
@@ -198,7 +198,7 @@ class _Progress:
     def show(self, done: int, count: int) -> None:
         now_s = time.monotonic()
         if done == 1:
-            self._begin_s = now_s  # the work before the first frame does not count
+            self._begin_s = now_s  # do not count the work before the first frame
         if now_s - self._reported_s < _PROGRESS_S or done in (1, count):
             return
         self._reported_s = now_s
@@ -246,7 +246,7 @@ def add_span_options(command: argparse.ArgumentParser, output_help: str,
 
 
 def chosen_spans(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenSpans:
-    """Return the runs that the options name; ``arguments`` are values for the configuration.
+    """Return the runs that the options specify; ``arguments`` are values for the configuration.
 
     Raises:
         BagError, ConfigurationError: a recording or its configuration cannot be read.
@@ -292,7 +292,7 @@ def _runs(chosen: ChosenRuns, names: Sequence[str], given: Optional[Cell]) -> Li
 
 
 def _touched(runs: Sequence[Run], begin: Optional[str], end: Optional[str]) -> List[Run]:
-    """Return the runs of a recording that a part of it touches; all of them if there are none."""
+    """Return the runs of a recording that overlap a part of it; all runs if none does."""
     begin_s = -math.inf if begin is None else clock_seconds(begin)
     end_s = math.inf if end is None else clock_seconds(end)
     return [it for it in runs if begin_s < it.begin_s + it.duration_s and end_s > it.begin_s

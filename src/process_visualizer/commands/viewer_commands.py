@@ -88,7 +88,7 @@ def _address(text: str) -> Address:
 
 
 def _show(wanted: Address, address: Tuple[str, int], with_rviz: bool) -> int:
-    import rospy  # only now, as it reads the address of its master
+    import rospy  # imported late: it reads the address of its master
 
     from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.viewing.viewer import Viewer
@@ -118,7 +118,7 @@ def _own_master() -> Iterator[str]:
         port = probe.getsockname()[1]
     own: Dict[str, str] = {'ROS_MASTER_URI': f'http://localhost:{port}',
                            'ROS_HOSTNAME': 'localhost'}
-    os.environ.pop('ROS_IP', None)  # the nodes of the viewer are for this computer only
+    os.environ.pop('ROS_IP', None)  # the viewer's nodes are for this computer only
     os.environ.update(own)
     master = RosMaster()
     try:
@@ -196,7 +196,7 @@ def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLCont
 
 def _serve(cell: Cell, address: Optional[str], port: int,
            context: Optional[ssl.SSLContext]) -> None:
-    import rospy  # only now, like tornado: other commands do not need them
+    import rospy  # imported late, like tornado: other commands do not need them
     from tornado.ioloop import IOLoop
 
     from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
@@ -221,7 +221,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     def report(text: str) -> None:
         try:
             say(text)
-        except BrokenPipeError:  # the window that started this process is gone
+        except BrokenPipeError:  # the window that started this process has ended
             loop.stop()
 
     web = LiveServer(files, live.feed, admission, live.recent, report)
@@ -259,7 +259,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
 
 
 def stop_at_signals(stop: Callable[[], object]) -> None:
-    """Call a function at the signals that end a command; at a hangup, unless nohup ignores it."""
+    """Call a function at each signal that ends a command, also a hangup unless nohup ignores it."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: stop())

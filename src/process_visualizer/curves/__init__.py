@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Process variables over a whole recording, and at a position of it (pure)."""
+"""Process variables over a whole recording, and at a position in it (pure)."""

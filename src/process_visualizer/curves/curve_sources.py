@@ -20,16 +20,16 @@ from process_visualizer.robot.tool_frame import pose_frames
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
     (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), COLORS['orange'], (0.3, 0.5, 0.9))
-"""Colors of topics without their own; the thesis has them for upper edge, lower edge, feed."""
+"""Colors of topics without one; the thesis uses them for upper edge, lower edge and feed."""
 
 
 class Quantity(Enum):
-    """The quantity of a topic that a curve shows."""
+    """The quantity that a curve shows of a topic."""
 
     SPEED = 'speed'  # m/s, from the poses of a tool
     FORCE = 'force'  # N, magnitude
     NUMBER = 'number'  # a field
-    JOINT = 'joint'  # rad or m; the last of the numbers that are found
+    JOINT = 'joint'  # rad or m; the last of the numbers found
     LAG = 'lag'  # rad or m; how far a joint is behind its command
     TORQUE = 'torque'  # Nm, magnitude
 
@@ -42,11 +42,11 @@ class CurveSource(NamedTuple):
 
     ``field`` is the message field of a number. ``frames`` are the base and the tool frame of a pose
     from tf; with a ``model``, the tool is that of the model: see tool_on_tf. For a tool whose
-    driver sends no poses, the topic is that of the robot's joints, from which its place is
-    computed. A ``plain`` source is not configured: it has a curve only if its topic carries plain
-    numbers. ``tolerance`` is the distance allowed from good runs, ``max_tolerance`` a hard limit on
-    it; ``value_names`` name some of the values. Numbers were measured ``latency_s`` before their
-    stamp, or before their arrival.
+    driver sends no poses, the topic is that of the robot's joints, from which its position is
+    computed. A ``plain`` source is one without configuration: it has a curve only if its topic
+    carries plain numbers. ``tolerance`` is the allowed distance from good runs, ``max_tolerance`` a
+    hard limit on it; ``value_names`` are names of some values. Numbers were measured ``latency_s``
+    before their stamp, or before their arrival.
     """
 
     device: str
@@ -68,7 +68,7 @@ class CurveSource(NamedTuple):
 
     @property
     def channel_label(self) -> str:
-        """Return the label in a run, which may be longer than beside arrows and curves."""
+        """Return the label used in runs, which may be longer than that beside arrows and curves."""
         return _CHANNEL_LABELS.get(self.quantity, self.label)
 
 
@@ -76,7 +76,7 @@ def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
     """Return the sources of the curves of devices, in the order of the devices.
 
     These are each robot's tool speed and force, in the colors of its arrows; every variable; and
-    the recorded topics without a function that turn out to carry one plain number.
+    the recorded topics without a function, if their messages carry one plain number.
     """
     sources: List[CurveSource] = []
     for device in devices:
@@ -104,7 +104,7 @@ def _robot_sources(device: Device) -> List[CurveSource]:
 
 
 def tool_from_joints(device: Device) -> bool:
-    """Return whether model and joints locate a robot's tool, because no topic has its pose."""
+    """Return whether a robot's tool is located by model and joints, as no topic has its pose."""
     return (device.topic_for(TopicFunction.TOOL_CENTER_FRAME) is None
             and device.topic_for(TopicFunction.JOINT_STATES) is not None
             and device.model is not None)

@@ -16,11 +16,11 @@ from process_visualizer.parameters.variable_colors import limits_of
 from process_visualizer.robot.limit_alarms import limit_alarms
 
 MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
-"""Maximum messages read of a topic: per column of its curve on average, and in total."""
+"""Maximum messages read from a topic: per column of its curve on average, and in total."""
 _MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
-_MAX_INTERVALS = 5000  # between messages, from which the habit of a topic is judged
-_HELD_INTERVALS, _HELD_S = 4, 0.3  # usual intervals, or time, for which a column's value holds
-_MISSING = 2.5  # usual intervals without a message that make a gap
+_MAX_INTERVALS = 5000  # intervals between messages that show the habit of a topic
+_HELD_INTERVALS, _HELD_S = 4, 0.3  # usual intervals, or time [s], for which a column's value holds
+_MISSING = 2.5  # number of usual intervals without a message that makes a gap
 
 
 class Curve(NamedTuple):
@@ -54,18 +54,18 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
     If a topic has more than MAX_MESSAGES messages (an hour at 125 Hz has 450 000), or more than
-    MAX_PER_COLUMN for each column, only this many are read, evenly spread: a peak between them may
-    be missed. Messages that cannot be read or do not fit are skipped.
+    MAX_PER_COLUMN for each column, only this many are read, evenly spread, so a peak between them
+    may be missed. Messages that cannot be read or do not fit are skipped.
 
     Args:
         paths: the bags of one recording.
         devices: see curve_sources.
-        columns: how many columns each curve has; without it see columns_for.
-        on_progress: is called with the part that is done, 0 to 1.
-        is_canceled: is asked often.
+        columns: the number of columns of each curve; default: see columns_for.
+        on_progress: called with the completed share, 0 to 1.
+        is_canceled: called often.
 
     Raises:
-        ReadingCanceled: is_canceled() has become true.
+        ReadingCanceled: is_canceled() has returned true.
         BagError: a file cannot be read as a bag.
     """
     with Recording(paths) as recording:
@@ -132,7 +132,7 @@ def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np
 
     Args:
         times_s: (n,), in any order.
-        values: (n,), NaN for what is no measurement.
+        values: (n,), NaN where there is no measurement.
         at_s: (m,).
     """
     if not len(times_s):
@@ -148,7 +148,7 @@ def held_values(times_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np
 
 def held_columns(low: np.ndarray, high: np.ndarray,
                  column_s: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Return columns (n,) in which the last value holds between the messages of a slow topic.
+    """Return columns (n,) in which the last value of a slow topic holds between its messages.
 
     Only gaps much longer than usual stay empty. ``column_s`` is the duration of a column [s].
     """

@@ -30,11 +30,11 @@ from process_visualizer.robot.recorded_velocity import WINDOW_S
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 COLUMN_S = 0.02
-"""Duration of a column [s]: about a pixel when a screen shows half a minute."""
+"""Duration of a column [s]: about one pixel when a screen shows half a minute."""
 
 
 class RollingColumns:
-    """Minimum and maximum of each column; times before the oldest column are forgotten."""
+    """Minimum and maximum of each column; values before the oldest column are dropped."""
 
     def __init__(self, duration_s: float) -> None:
         """Keep at least this duration [s], and at most twice as much."""
@@ -55,9 +55,9 @@ class RollingColumns:
         np.fmax.at(self._high, rows[is_kept], values[is_kept])
 
     def window(self, end: int, count: int, joined: int) -> Tuple[np.ndarray, np.ndarray]:
-        """Return the minima and maxima (count,) of columns that each join ``joined`` stored ones.
+        """Return minima and maxima (count,) of columns, each joined from ``joined`` stored columns.
 
-        The last one ends before the stored column with the number ``end``, counted from time 0.
+        The last column ends before the stored column number ``end``, counted from time 0.
         """
         rows = np.arange(end - count * joined, end) - self._begin
         is_kept = (rows >= 0) & (rows < len(self._low))
@@ -82,7 +82,7 @@ class RollingColumns:
 
 
 HEADER_BYTES = 16
-"""Size of what precedes the message in a record."""
+"""Size of the part of a record that precedes the message."""
 
 
 class RecentPart(NamedTuple):
@@ -92,7 +92,7 @@ class RecentPart(NamedTuple):
     the start and end of its record in the buffer (uint8).
     """
 
-    is_anew: bool  # the recorder has restarted: earlier messages do not count
+    is_anew: bool  # the recorder has restarted: earlier messages are obsolete
     connections: Tuple[Connection, ...]  # all, by number
     now_ns: int  # the recorder's time [ns since the epoch]
     numbers: np.ndarray
@@ -108,14 +108,14 @@ class RecentPart(NamedTuple):
 
 
 _INTERVALS = 1000
-_CONTEXT_S = 2.0  # kept of the past, for the period of a driver and to join the parts of a tool
+_CONTEXT_S = 2.0  # kept history, for a driver's period and for joining the parts of a tool
 
 
 class LiveSeries:
     """Numbers of a source with their times [s from a beginning].
 
-    Numbers of messages that were held up have the times of their stamps; without stamps their times
-    are unknown, and they are left out.
+    Numbers from delayed messages have the times of their stamps; without stamps their times are
+    unknown, and they are left out.
     """
 
     def __init__(self, source: CurveSource, locators: SourceLocators, begin_ns: int) -> None:
@@ -123,15 +123,15 @@ class LiveSeries:
         self._columns = [{number: NumberColumns(locator) for number, locator in part.items()}
                          for part in locators.parts]
         self._context: List[Numbers] = []  # of each part
-        self._known_s = -np.inf  # numbers up to here have been returned
+        self._known_s = -np.inf  # numbers up to this time have been returned
         self._arrived_s = -np.inf  # of the newest message
-        self._intervals_s = np.empty(0)  # between messages; in two busy seconds few are usual
-        self._delay_ns: Optional[int] = None  # from the stamp to the arrival, where that is usual
+        self._intervals_s = np.empty(0)  # between messages; two busy seconds have few usual ones
+        self._delay_ns: Optional[int] = None  # usual delay from stamp to arrival
 
     def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return times (m,) and finite numbers (m,) from newly arrived messages.
 
-        ``late`` marks the messages (bool) of the part that were held up.
+        ``late`` marks (bool) the delayed messages of the part.
         """
         # positions are arrival times here
         batch = RecordBatch(part.buffer, part.times_ns, part.begin, part.end)
@@ -147,7 +147,7 @@ class LiveSeries:
             return self._speeds(found)
 
     def _placed(self, numbers: Numbers, is_late: np.ndarray) -> Numbers:
-        """Return the numbers with the times at which they would have come, in their order."""
+        """Return the numbers, in order, with the arrival times expected without delay."""
         has_stamp = numbers.stamps_ns > 0
         usual = np.flatnonzero(has_stamp & ~is_late)
         if len(usual):
@@ -177,7 +177,7 @@ class LiveSeries:
         return _finite(middle_s[is_new], values[is_new])
 
     def _certain(self, numbers: Numbers) -> Numbers:
-        """Return the numbers with known times, up to where messages arrive irregularly now."""
+        """Return the numbers with known times, up to the first of the latest irregular arrivals."""
         if (numbers.stamps_ns > 0).any():
             return numbers
         arrival_s = (numbers.positions - self._begin_ns) / 1e9
@@ -274,8 +274,8 @@ def _index(connections: Tuple[Connection, ...], messages: List[_Seen]) -> BagInd
 MAX_S = 600.0
 """Time that is kept [s]."""
 _QUICK_S = 1.5
-"""A value that usually arrives within this time is stale after it [s]."""
-_MAX_COLUMNS = 1500  # of a drawn curve: about the pixels of a screen
+"""Time [s] after which a value is stale if it usually arrives within that time."""
+_MAX_COLUMNS = 1500  # of a drawn curve: about the number of pixels of a screen
 
 
 class LiveCurve(NamedTuple):
@@ -284,8 +284,8 @@ class LiveCurve(NamedTuple):
     source: CurveSource
     low: np.ndarray
     high: np.ndarray
-    value: float  # of now; NaN if there is none yet, or the newest one is stale
-    age_s: float = math.inf  # of the newest value; infinite if there is none yet
+    value: float  # the present one; NaN before the first one, or if the newest one is stale
+    age_s: float = math.inf  # of the newest value; infinite before the first one
 
 
 class LiveMark(NamedTuple):
@@ -296,7 +296,7 @@ class LiveMark(NamedTuple):
 
 
 class LiveWindow(NamedTuple):
-    """All curves from ``begin_s`` on [s from the beginning]; it may lie before 0.
+    """All curves from ``begin_s`` on [s from the beginning], which may be negative.
 
     ``epoch_s`` is the recorder's time at the beginning [s since the epoch].
     """
@@ -356,7 +356,7 @@ class LiveCurves:
         joined = max(1, math.ceil(duration_s / (_MAX_COLUMNS * COLUMN_S) - 1e-9))
         count = int(round(duration_s / (joined * COLUMN_S)))
         now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
-        # whole columns, whose contents stay the same while they scroll
+        # whole columns, so that their contents stay the same while they scroll
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
         curves = tuple(LiveCurve(shown, *self._columns[source].window(end, count, joined),
                                  *self._value(source, now_s))
@@ -366,16 +366,16 @@ class LiveCurves:
                           self._begin_ns / 1e9)
 
     def _value(self, source: CurveSource, now_s: float) -> Tuple[float, float]:
-        """Return the value that holds now, NaN where it is stale, and its age [s]."""
+        """Return the value that holds now (NaN if it is stale), and its age [s]."""
         time_s, value = self._values.get(source, (-math.inf, math.nan))
         age_s = now_s - time_s
         holds = age_s <= _QUICK_S or age_s <= self._habits[source].holds_for_s(_QUICK_S)
         return value if holds else math.nan, age_s
 
     def _in_order(self) -> List[Tuple[CurveSource, CurveSource]]:
-        """Return the sources with data, in the order of the devices, and each as it is shown.
+        """Return the sources with data, in the order of the devices, each with its shown version.
 
-        A plain source is shown with a color of its own.
+        A plain source gets a color of its own.
         """
         found, plain = [], 0
         for source in self._sources:
@@ -397,7 +397,7 @@ class LiveCurves:
         return topics
 
     def _locate(self, part: RecentPart) -> None:
-        """Look for sources in new connections."""
+        """Search new connections for sources."""
         new = {it.topic for it in part.connections[self._known:]}
         if not new or not self._begin_ns:  # without a message there is no time 0 yet
             return

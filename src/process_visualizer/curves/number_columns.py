@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers from many messages at once, by the places that they have in one of them."""
+"""Numbers from many messages at once, by their places in one of the messages."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Tuple
@@ -26,11 +26,11 @@ class Numbers(NamedTuple):
 class NumberColumns:
     """Collector of the numbers in the messages of one connection, batch by batch.
 
-    One message of each layout is parsed; all others with that layout are read together by numpy.
+    Only one message of each layout is parsed; numpy reads all others with that layout at once.
     """
 
     def __init__(self, locator: Locator) -> None:
-        """Take the locator for the type of the messages."""
+        """Initialize with the locator for the message type."""
         self._locator = locator
         self._patterns: List[_Pattern] = []
         self._found: List[Numbers] = []
@@ -85,7 +85,7 @@ class NumberColumns:
 
 
 class _Pattern:
-    """The layout of a record, to compare others with: lengths, and what its places depend on."""
+    """The layout of a record, for comparison: lengths, and the bytes that its places depend on."""
 
     def __init__(self, record: memoryview, data_begin: int, places: NumberPlaces) -> None:
         fixed = [(0, 4), (data_begin - 4, data_begin)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values of the process variables at a position of a recording, as the scene shows them there."""
+"""Values of the process variables at a position in a recording, as the scene shows them."""
 from __future__ import annotations
 
 from functools import partial
@@ -24,13 +24,13 @@ from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocit
 
 _NS_PER_S = 1_000_000_000
 _MAX_UNUSABLE = 200  # consecutive unusable messages of a topic that are examined
-_SELDOM = 3  # with fewer messages around a position, a joint's place is not known from them
+_SELDOM = 3  # fewer messages around a position do not determine a joint's position
 
 Key = Tuple[str, str, str]
 
 
 def key_of(device: str, label: str, topic: str) -> Key:
-    """Return the key that a curve shares with its value at a position."""
+    """Return the key that identifies both a curve and its value at a position."""
     return device, label, topic
 
 
@@ -42,14 +42,14 @@ class _Numbers(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """A message by its position in the index, and the part of the source that it is read for."""
+    """A message, by its position in the index, and the part of the source for which it is read."""
 
     part: int
     position: int
 
 
 class PositionValues:
-    """Reader of single messages around a position, which keeps the last ones; for one thread.
+    """Reader of single messages around a position, which caches the last ones; for one thread.
 
     A speed is the slope of the poses before and after the position, as for the arrow; a force or a
     number comes from the last message.
@@ -78,7 +78,7 @@ class PositionValues:
 
 
 class _Topic:
-    """A source and the numbers in its messages; those read last are kept."""
+    """A source and the numbers in its messages; the numbers read last are cached."""
 
     def __init__(self, recording: Recording, source: CurveSource, devices: Sequence[Device],
                  holes_s: np.ndarray) -> None:
@@ -101,7 +101,7 @@ class _Topic:
         at_s = (time_ns - self._recording.begin_ns) / _NS_PER_S
         if ((self._holes_s[:, 0] + STALE_AFTER_S < at_s) & (at_s < self._holes_s[:, 1])).any():
             return None
-        time_ns += round(self._source.latency_s * _NS_PER_S)  # numbers measured then arrive later
+        time_ns += round(self._source.latency_s * _NS_PER_S)  # such numbers arrive later
         if self._source.quantity is Quantity.SPEED:
             return self._speed(time_ns)
         numbers = self._last(time_ns)
@@ -115,7 +115,7 @@ class _Topic:
         """Return the numbers that hold at a time."""
         index, begin_ns = self._recording.index, self._recording.begin_ns
         count = int(np.searchsorted(self._positions, index.count_until(time_ns)))
-        if count == 0:  # nothing yet, but perhaps in a moment
+        if count == 0:  # nothing yet, but perhaps shortly after
             count = min(1, int(np.searchsorted(
                 self._positions, index.count_until(begin_ns + MOMENT_NS))))
         rows = self._positions[max(count - _MAX_UNUSABLE, 0):count].tolist()
@@ -139,15 +139,15 @@ class _Topic:
         return None if velocity is None else float(np.linalg.norm(velocity))
 
     def _rows(self, part: int, time_ns: int) -> List[_Row]:
-        """Return the messages around a bag time [ns] that hold a part of the source."""
+        """Return the messages around a bag time [ns] that contain a part of the source."""
         return [_Row(part, position) for position in positions_between(
             self._recording.index, tuple(self._locators.parts[part]), *_around(time_ns))]
 
     def _with_rests(self, parts: Sequence[Numbers], time_ns: int) -> Sequence[Numbers]:
-        """Return the numbers around a time; rarely sent joints also get their neighbors.
+        """Return the numbers around a time, with neighboring ones for rarely sent joints.
 
-        Such joints are sent only when they move: while other joints arrive, they stay where they
-        were.
+        Such joints are sent only when they move: they keep their position while other joints
+        arrive.
         """
         path = self._locators.path
         if path is None or max(len(it.positions) for it in parts) < _SELDOM:

@@ -25,7 +25,7 @@ from process_visualizer.ros_names import JOINT_STATE
 
 
 class ReadingCanceled(Exception):
-    """The numbers are not wanted any more."""
+    """The caller canceled reading."""
 
 
 class Series(NamedTuple):
@@ -40,7 +40,7 @@ class Samples(NamedTuple):
 
     For a tool, these are its positions x y z in its base, at the times of measurement, ascending;
     for a force or torque, its components; for a lag, the desired and the actual position of a
-    joint. ``holes_s`` (m, 2) are those of the recording.
+    joint. ``holes_s`` (m, 2) are the holes of the recording.
     """
 
     source: CurveSource
@@ -51,7 +51,7 @@ class Samples(NamedTuple):
 
 def found_series(recording: Recording, sources: Sequence[CurveSource],
                  devices: Sequence[Device]) -> List[Series]:
-    """Return the series of sources that a recording has; may load the devices' models."""
+    """Return the series of those sources that a recording has; may load the devices' models."""
     found = [Series(source, source_locators(recording, source, devices)) for source in sources]
     return [it for it in found if it.locators.connections]
 
@@ -68,15 +68,15 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
     Args:
         recording: to read.
         series: of this recording.
-        most: messages of a topic that are read, evenly spread; default: all.
-        on_progress: is called with the part that is done, 0 to 1.
-        is_canceled: is asked often.
-        by_stamp: whether numbers belong to the time of their message's stamp, where it has one
-            that can be right, instead of that at which it was recorded. Without stamps, numbers
-            are left out where nobody knows how late they came; see ``dated``.
+        most: the maximum number of messages read from a topic, evenly spread; default: all.
+        on_progress: called with the completed share, 0 to 1.
+        is_canceled: called often.
+        by_stamp: whether numbers get the time of their message's stamp, if it has a plausible one,
+            instead of the time of recording. Numbers without stamps are left out where their delay
+            is unknown; see ``dated``.
 
     Raises:
-        ReadingCanceled: is_canceled() has become true.
+        ReadingCanceled: is_canceled() has returned true.
         BagError: a file cannot be read as a bag.
     """
     columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
@@ -104,7 +104,7 @@ def part_numbers(recording: Recording, part: Mapping[int, Locator]) -> Numbers:
 
 
 def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (m,) and the plain numbers (m,) that a curve shows of samples."""
+    """Return times [s] (m,) and the numbers (m,) of samples that a curve shows."""
     if samples.source.quantity is Quantity.SPEED:
         return speeds(samples.times_s, samples.values)
     if samples.source.quantity is Quantity.NUMBER:
@@ -125,7 +125,7 @@ def _difference(samples: Samples) -> np.ndarray:
 
 def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], most: Optional[int],
              on_progress: Callable[[float], None], is_canceled: Callable[[], bool]) -> None:
-    """Read the messages and hand them to the columns."""
+    """Read the messages and pass them to the columns."""
     index = recording.index
     chosen = [_spread(index.positions_of(tuple(part)), most, all(
         index.connections[number].type == JOINT_STATE for number in part)) for part in parts]
@@ -148,8 +148,8 @@ _GOLDEN = 0.6180339887498949
 def _spread(positions: np.ndarray, most: Optional[int], may_take_turns: bool) -> np.ndarray:
     """Return a limited number of the positions, evenly spread.
 
-    If messages ``may_take_turns``, as joint states of several groups of joints do, the distances
-    vary: every second or third message would always be that of the same group.
+    If messages ``may_take_turns``, as joint states of several groups of joints do, the spacing
+    varies: otherwise every second or third message would always be of the same group.
     """
     if most is None or len(positions) <= most:
         return positions

@@ -75,9 +75,8 @@ def given_parameters(device: Device, group: str) -> Dict[str, Any]:
 def set_values(elements: Iterable[RoslaunchElement], namespace: str = '/') -> Dict[str, Any]:
     """Return the values that <param> and <rosparam> set in a namespace, by full name.
 
-    Of values that are stored elsewhere (files, commands), only YAML files are read. Values that
-    roslaunch would refuse are skipped: the cell would not run with them, but its recording can be
-    viewed.
+    Of values stored elsewhere (files, commands), only YAML files are read. Values that roslaunch
+    would refuse are skipped: the cell would not run with them, but its recording can be viewed.
     """
     return dict(it for element in elements if element.tag in ('param', 'rosparam')
                 for it in _set_by(element, namespace))
@@ -119,14 +118,14 @@ def _values(name: str, value: Any) -> _Named:
         yield from _values(ns_join(name, str(key)), inner)
 
 
-# Tool poses in a recording's tf, with the frames that the cell itself adds.
+# Tool poses in a recording's tf, including the frames that the cell itself adds.
 
 _BLOCKS, _BLOCK = 5, 100
-"""Number of parts of a recording, and of messages of each publisher that are read in each part."""
+"""Number of parts of a recording, and number of messages read from each publisher in each part."""
 
 
 class Messages(Protocol):
-    """Available messages: those of a recording, or those that a recorder has in memory."""
+    """Available messages: those of a recording, or those in a recorder's memory."""
 
     @property
     def index(self) -> BagIndex:
@@ -247,7 +246,7 @@ MeasuringTimes = Callable[[Numbers], np.ndarray]
 class SourceLocators(NamedTuple):
     """Locators of a source's numbers: by connection, for each part that they are composed of.
 
-    ``path`` computes the place of a tool from the parts that move it; without a path there is one
+    ``path`` computes the pose of a tool from the parts that move it; without a path there is one
     part.
     """
 
@@ -261,11 +260,11 @@ class SourceLocators(NamedTuple):
         return tuple(sorted(found)) if all(self.parts) else ()
 
     def joined(self, measured: MeasuringTimes, parts: Sequence[Numbers]) -> Numbers:
-        """Return the source's numbers, given those of its parts and the function for their times.
+        """Return the source's numbers from those of its parts; ``measured`` gives their times.
 
         For a tool, these are its positions at the times of one moving part: the recorded transform
-        nearest to it, if there is one, else the joint that is sent most often. A joint that is sent
-        only when it moves stays where it was while others arrive.
+        nearest to the tool, if there is one, else the joint that is sent most often. A joint that
+        is sent only when it moves keeps its position while others arrive.
         """
         path = self.path
         if path is None:
@@ -289,19 +288,19 @@ class SourceLocators(NamedTuple):
 
 
 def _comes(times_s: np.ndarray, known_s: np.ndarray) -> np.ndarray:
-    """Return the times (bool) with a known value shortly before and after."""
+    """Return for each time (bool) whether there is a known value shortly before and after it."""
     nothing = np.zeros((len(known_s), 1))
     found: np.ndarray = np.isfinite(interpolated(times_s, known_s, nothing, GAP_S)[:, 0])
     return found
 
 
 _EQUAL = 0.02
-"""Distance [rad or m] within which a joint has not moved while it was not sent."""
+"""Distance [rad or m] up to which a joint counts as unmoved while it was not sent."""
 
 
 def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray, moving: MovingPart,
         latest_s: float) -> np.ndarray:
-    """Return the numbers of a part at times; ``latest_s`` is when any joint arrived last."""
+    """Return the numbers of a part at some times; ``latest_s`` is the last arrival of any joint."""
     if isinstance(moving, SentTransform):
         return interpolated(times_s, known_s, values, GAP_S, slice(3, 7))
     if moving.kind == 'continuous':
@@ -328,7 +327,7 @@ def certain(recording: Recording, numbers: Numbers, period_s: Optional[float] = 
 def dated(recording: Recording, numbers: Numbers) -> Tuple[Numbers, np.ndarray]:
     """Return the numbers whose time is known, and their times (n,) [s from the beginning].
 
-    These are stamps, else arrivals: a topic may change its rate, so its period dates nothing.
+    These are stamps, else arrival times: the period is not used, because the rate may change.
     """
     arrival_s, stamp_s = _arrivals_and_stamps(recording, numbers)
     if np.isfinite(stamp_s).any():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The messages of a topic in a part of a recording, independent of what is being played.
 
-This is a module of its own because the player loads it at its start and needs no other part of the
+This module is separate because the player loads it at its start and needs no other part of the
 curves.
 """
 from __future__ import annotations
@@ -28,10 +28,10 @@ def topic_messages(recording: Recording, connections: Sequence[int], begin_ns: i
                    largest_bytes: int, before: Sequence[int] = ()) -> TopicMessages:
     """Return the messages of some connections between two bag times [ns], both included.
 
-    The messages at the positions ``before`` come first. Messages that cannot be read are skipped.
-    If the messages have more than ``largest_bytes`` in total, only the first ones are returned, at
-    least all of the first time. The recording keeps decompressed chunks, so that playback, which
-    soon comes to them, need not decompress them again.
+    The messages at the positions ``before`` are returned first. Messages that cannot be read are
+    skipped. If the messages have more than ``largest_bytes`` in total, only the first ones are
+    returned, but at least all messages of the first time. The recording caches decompressed chunks,
+    so that playback, which needs them soon, does not decompress them again.
     """
     times_ns: List[int] = []
     messages: List[memoryview] = []

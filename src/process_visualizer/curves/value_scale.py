@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The scale of a curve: bounds and ticks that are tidy numbers and rarely change."""
+"""The scale of a curve: bounds and ticks that are round numbers and rarely change."""
 from __future__ import annotations
 
 import math
 from typing import Iterator, NamedTuple, Optional, Sequence, Tuple
 
 MAX_TICKS = 3
-_FAR_FROM_ZERO = 0.6  # share of the farthest value: if all are beyond it, zero is not shown
-_KEPT_SHARE = 0.3  # share of the old scale: it stays as long as this much is needed
-_NEAR_SHARE = 0.5  # share of the values' span: a limit no farther away is shown, too
-_ROOM = 1.2  # end of the scale of a constant value, as a multiple: keeps it off the edge
+_FAR_FROM_ZERO = 0.6  # share of the farthest value: if all values are beyond it, zero is not shown
+_KEPT_SHARE = 0.3  # share of the old scale: the scale stays while the values need this much of it
+_NEAR_SHARE = 0.5  # share of the values' span: a limit within this distance is shown, too
+_ROOM = 1.2  # end of the scale of a constant value, as a multiple of it: off the edge
 _MAX_VALUE, _MIN_VALUE = 1e300, 1e-290  # numbers beyond these are no measurements
 _RESOLUTION = 1e-9  # share of the largest value: the shortest span that can be represented
 _MAX_NUMBER = 5  # digits before or after the point; longer numbers have an exponent
@@ -43,7 +43,7 @@ class _Step(NamedTuple):
     exponent: int
 
     def times(self, count: float) -> float:
-        """Return a multiple, rounded once only: 3 times 0.1 is 0.3."""
+        """Return a multiple, rounded only once: 3 times 0.1 is 0.3."""
         number = count * self.digit
         return number * 10.0 ** self.exponent if self.exponent >= 0 \
             else number / 10.0 ** -self.exponent
@@ -51,7 +51,7 @@ class _Step(NamedTuple):
 
 def tidy_scale(low: float, high: float, least_span: float = 0.0,
                before: Optional[ValueScale] = None) -> ValueScale:
-    """Return a scale for values from low to high; NaN means that there are none.
+    """Return a scale for values from low to high; NaN: there are no values.
 
     The scale includes zero unless all values are far from it. A single value is shown above (or
     below) zero.
@@ -59,7 +59,7 @@ def tidy_scale(low: float, high: float, least_span: float = 0.0,
     Args:
         low: the smallest value shown.
         high: the largest value shown.
-        least_span: a wiggle smaller than this does not fill the scale.
+        least_span: a smaller variation does not fill the scale.
         before: the current scale, which stays while the values are in it and need much of it.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -73,7 +73,7 @@ def tidy_scale(low: float, high: float, least_span: float = 0.0,
 
 def with_near_limits(low: float, high: float,
                      limits: Sequence[float]) -> Tuple[float, float]:
-    """Return the ends of a range of values, moved to those limits that are near."""
+    """Return the ends of a range of values, extended to nearby limits."""
     reach = _NEAR_SHARE * (high - low)
     near = [limit for limit in limits if low - reach <= limit <= high + reach]
     return min([low, *near]), max([high, *near])
@@ -112,7 +112,7 @@ def _with_zero(low: float, high: float) -> Tuple[float, float]:
 
 
 def _widened(low: float, high: float, least_span: float) -> Tuple[float, float]:
-    """Return the ends, moved apart until numbers and the eye can distinguish them."""
+    """Return the ends, moved apart until the numbers differ and the difference is visible."""
     lacking = max(least_span, _RESOLUTION * max(abs(low), abs(high))) - (high - low)
     return (low - lacking / 2, high + lacking / 2) if lacking > 0.0 else (low, high)
 

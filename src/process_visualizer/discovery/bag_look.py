@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Observation of a recording, from its index and some messages of each topic."""
+"""Observation of a recording, from its index and a few messages of each topic."""
 from __future__ import annotations
 
 import math
@@ -39,7 +39,7 @@ _NO_NUMBERS = ('header', 'layout')
 
 
 def seen_topics(sources: Sequence[Source]) -> Tuple[SeenTopic, ...]:
-    """Return the topics sorted by name; a topic with two types gets its first source's type."""
+    """Return the topics sorted by name; a topic with two types gets that of its first source."""
     by_topic: Dict[str, List[Source]] = defaultdict(list)
     for source in sources:
         by_topic[source.topic].append(source)
@@ -184,7 +184,7 @@ _MOMENTS, _MOMENTS_OF_TF = 16, 64
 _STATIC = (STATIC_TF_TOPIC, STATIC_FRAMES, CALIBRATION)
 _MAX_STATIC = 500
 _TURNS = 16
-"""Number of first joint states and transforms; together they hold all parts sent regularly."""
+"""Number of first joint states and transforms; together they contain all parts sent regularly."""
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
                     'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',
                     'stereo_msgs/DisparityImage'})
@@ -213,11 +213,11 @@ def _sources(recording: Recording) -> List[Source]:
     messages: Dict[int, List[bytes]] = {number: [] for number in wanted}
     by_place = sorted((position, number) for number, positions in wanted.items()
                       for position in positions)
-    for position, number in by_place:  # in file order, so each chunk is decompressed once
+    for position, number in by_place:  # in file order, so that each chunk is decompressed once
         try:
             messages[number].append(bytes(recording.message(position)))
         except BagDamaged:
-            continue  # the recording keeps a remark about the damage
+            continue  # the recording reports the damage
     return [Source(it.topic, it.type, it.message_definition, it.caller_id, tuple(messages[number]))
             for number, it in enumerate(index.connections) if messages[number]]
 
@@ -236,6 +236,6 @@ def _positions(positions: np.ndarray, total: int, connection: Connection) -> Lis
 
 
 def _spread(positions: np.ndarray, total: int, count: int) -> List[int]:
-    """Return the messages that follow evenly spread moments, which are the same for all topics."""
+    """Return the messages that follow evenly spaced moments, which are the same for all topics."""
     places = np.searchsorted(positions, np.linspace(0, total - 1, count))
     return [int(it) for it in positions[np.unique(np.minimum(places, len(positions) - 1))]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Devices of a draft: robots, cameras, and all others; and the places of their base frames."""
+"""Devices of a draft: robots, cameras, and all others; and the poses of their base frames."""
 from __future__ import annotations
 
 import math
@@ -178,9 +178,9 @@ def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places:
 
 def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names: CellNames,
                      forest: FrameForest) -> None:
-    """Add nodes that publish the frames between ``end`` and ``frames`` in playback.
+    """Add nodes that publish the frames from ``end`` to ``frames`` in playback.
 
-    Their driver does not run then. Frames that something else has are left out.
+    Their driver does not run in playback. Frames that a device already has are left out.
     """
     done: Dict[str, None] = {}
     for frame in frames:
@@ -240,11 +240,11 @@ MAX_PER_TOPIC = 6
 """Maximum number of arrows for one topic; more would hide each other."""
 MAX_STATES = 20
 _LENGTH_M = 0.3
-"""Length of the longest arrow for the values that were seen."""
+"""Length of the longest arrow for the observed values."""
 _MAX_M = 0.6
 """Maximum length of an arrow for later values."""
 _MOMENT_SHARE = 0.2
-"""Minimum expected change of a number that was seen only for a moment, as a share of its value."""
+"""Minimum expected change of a number observed only for a moment, as a share of its value."""
 _COLORS = ('orange', 'cyan', 'yellow', 'purple', 'blue', 'red', 'white')
 _KNOWN: Dict[str, Dict[str, str]] = {
     'sensor_msgs/Temperature': {'temperature': '°C'},
@@ -276,7 +276,7 @@ class Candidate(NamedTuple):
 def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> List[Candidate]:
     """Return the candidates of a topic; their colors start with number ``begin``.
 
-    ``is_moment`` as in ``Seen``.
+    See ``Seen`` for ``is_moment``.
     """
     known = _KNOWN.get(topic.type)
     numbers = [it for it in topic.numbers if _is_measured(it, topic, known)]
@@ -322,7 +322,7 @@ def _attributes(topic: SeenTopic, number: SeenNumber, unit: str, color: int,
 def scaling(low: float, high: float, least_share: float = 0.0) -> Sequence[float]:
     """Return offset and scale [m per unit] that map these values to arrows of 0.3 m or less.
 
-    The values are taken to spread over at least ``least_share`` of the largest.
+    The values are assumed to spread over at least ``least_share`` of the largest.
     """
     largest = max(abs(low), abs(high))
     spread = max(high - low, least_share * largest)
@@ -376,8 +376,7 @@ class Machines:
             names, places, forest: of the configuration.
             known_frames: frames of models and devices.
             is_moment: as in ``Seen``.
-            states: numbers of topics that are judged by the order of their values; they have no
-                arrow.
+            states: numbers that are judged by the order of their values; they have no arrow.
         """
         self._names, self._places, self._forest = names, places, forest
         self._known: Set[str] = {*known_frames, places.frame}
@@ -423,7 +422,7 @@ class Machines:
                                         'shown': 'False'})
 
     def _frame(self, device: DraftDevice, topic: SeenTopic) -> str:
-        """Return the frame of an arrow: the frame of its messages, or the device's base frame."""
+        """Return the frame of an arrow: that of its messages, or the device's base frame."""
         known = [it for it in topic.frames if it in self._known and is_frame(it)]
         base = device.first('base')
         if known or base is not None:
@@ -433,7 +432,7 @@ class Machines:
         moved = [frame for frame in topic.frames if frame in self._forest.frames
                  and is_frame(frame)]
         if moved and not free:
-            return moved[0]  # its parent is known only to tf
+            return moved[0]  # only tf knows its parent
         return self._add_base(device, free[0] if free else f'{device.name}/base')
 
     def _called_like(self, device: DraftDevice) -> List[str]:
@@ -482,7 +481,7 @@ _LOOKING_AHEAD = (-math.pi / 2, 0.0, -math.pi / 2)
 
 
 def global_frame(forest: FrameForest, links: Collection[str], bases: Collection[str]) -> str:
-    """Return the global frame: a root on tf that carries robots or has a usual name, or a new one.
+    """Return the global frame: a root on tf with robots below it or a usual name, or a new frame.
 
     Args:
         forest: the transforms seen on tf.
@@ -511,7 +510,7 @@ def _names() -> Iterable[str]:
 
 
 class BasePlaces:
-    """Places of base frames in the global frame; frames without a known place stand in a row."""
+    """Poses of base frames in the global frame; frames with an unknown pose are put in a row."""
 
     def __init__(self, forest: FrameForest, frame: str) -> None:
         self.frame = frame
@@ -520,7 +519,7 @@ class BasePlaces:
 
     @property
     def remarks(self) -> List[str]:
-        """Return advice about unknown places."""
+        """Return advice about unknown poses."""
         if not self._unknown:
             return []
         return ['Devices whose place is not known stand in a row: write xyz in m and ypr (yaw '
@@ -536,7 +535,7 @@ class BasePlaces:
         return Pose((0.0, (self._unknown - 1) * _APART_M, 0.0), ypr), False
 
     def base_attributes(self, frame: str) -> Tuple[Dict[str, str], str]:
-        """Return the attributes of a <base>, and a comment if its place is unknown."""
+        """Return the attributes of a <base>, and a comment if its pose is unknown."""
         pose, is_known = self.of(frame)
         return {'frame': frame, **pose_attributes(pose)}, '' if is_known else 'place not known'
 

@@ -135,12 +135,12 @@ def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
 
 
 def _safe(text: str) -> str:
-    """Return the text as a comment may hold it: no double hyphens, no characters XML forbids."""
+    """Return the text as allowed in a comment: no double hyphens, no characters invalid in XML."""
     shown = ''.join(it if it.isprintable() and it not in '\ufffe\uffff' else '?' for it in text)
     return shown.replace('--', '-\u2010').rstrip('-')
 
 
-# Names derived from other names: devices named after namespaces, words that names share.
+# Names derived from others: devices named after namespaces, and words that names share.
 
 _NO_WORDS = frozenset({'', 'robot', 'description', 'driver', 'state', 'states', 'controller',
                        'joint', 'joints', 'topic', 'sensor', 'data'})
@@ -195,16 +195,16 @@ _NOWHERE = Location('', 0)
 
 
 class CellNames:
-    """Gives out unique names."""
+    """Assigns unique names."""
 
     def __init__(self, topics: Iterable[str], frames: Iterable[str]) -> None:
-        """Take the topics and descriptions of all drivers, and the frames of all models."""
+        """Initialize with all drivers' topics and descriptions, and the frames of all models."""
         self._topics = set(topics)
         self._frames: Set[str] = set(frames)
         self._devices: Set[str] = set()
 
     def device(self, kind: str, wanted: str) -> str:
-        """Return a free device name close to the wanted one, without outputs among seen topics."""
+        """Return a free device name close to the wanted one, whose outputs were not observed."""
         name = device_name(wanted, kind)
         taken = set(self._devices)
         while True:
@@ -215,7 +215,7 @@ class CellNames:
             taken.add(found)
 
     def frame(self, wanted: str) -> str:
-        """Return a free frame name, the wanted one if possible."""
+        """Return a free frame name, if possible the wanted one."""
         found = free_name(wanted, self._frames)
         self._frames.add(found)
         return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draft of a configuration from observations; neither asks the user nor reads files."""
+"""Draft of a configuration from observations, without questions to the user or reading files."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
@@ -37,7 +37,7 @@ class MadeConfiguration(NamedTuple):
 
 def make_draft(seen: Seen, models: Sequence[FoundModel],
                process: Optional[Process] = None) -> MadeConfiguration:
-    """Return the configuration for the observations, with the models and process found for them."""
+    """Return the configuration for the observations, with the models and the process found."""
     usable = [it for it in models if all(map(is_frame, it.description.links))]
     return _Making(seen, usable, process).made()
 
@@ -87,7 +87,7 @@ class _Making:
                               self._forest, tool)
         _add_joint_comments(device, group, groups)
         if tool is not None and tool.is_sure:
-            self._links.update(map(self._names.frame, tool.chain))  # on tf in playback too
+            self._links.update(map(self._names.frame, tool.chain))  # also on tf in playback
         self._add(device, group.model)
         return device
 
@@ -147,7 +147,7 @@ class _Making:
 
 def _add_joint_comments(device: DraftDevice, group: RobotGroup,
                         groups: Sequence[RobotGroup]) -> None:
-    """Add comments that name joints found only on the robot's topic, or only in its model."""
+    """Add comments on joints that are only on the robot's topic, or only in its model."""
     topic, model = group.joint_topic, group.model
     if model is None or not topic.joints:
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Search for the models of observed robots: the file of a package, or the description itself."""
+"""Search for the models of observed robots: a file in a package, or the description itself."""
 from __future__ import annotations
 
 import os
@@ -46,7 +46,7 @@ from process_visualizer.robot.description import (
 from process_visualizer.robot.kinematics import Kinematics, Placement
 from process_visualizer.robot.tool_learning import rigid_residuals
 
-# The model files of all packages; a robot's file is found by the robot's name or its joints.
+# The model files of all packages; a robot's file is found by its name or its joints.
 
 _ROBOT = re.compile(r'<robot\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
 _JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
@@ -98,7 +98,7 @@ class ModelFiles:
         return self._files
 
     def count_of(self, package: str, joints: Collection[str]) -> int:
-        """Return how many of these joints match joint names in the files of a package."""
+        """Return the number of these joints that match joint names in the files of a package."""
         patterns = self._joints.get(package, [])
         return sum(any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
 
@@ -115,7 +115,7 @@ class ModelFiles:
 
 
 def _patterns(text: str) -> List[Pattern[str]]:
-    """Return patterns of a file's joint names; any prefix fits, and any text for an expression."""
+    """Return patterns of a file's joint names, with any prefix, and any text for an expression."""
     names = {_EXPRESSION.sub('*', name) for name in _JOINT.findall(text)}
     return [re.compile('.*' + '.*'.join(map(re.escape, name.split('*'))))
             for name in sorted(names)]
@@ -142,7 +142,7 @@ def _text(file: str) -> str:
         return ''
 
 
-_MIN_LENGTHS = 3  # many models agree in one or two lengths, such as base and flange
+_MIN_LENGTHS = 3  # many models share one or two lengths, such as base and flange
 _KEEP_DISTANCE = ('revolute', 'continuous')
 
 
@@ -167,7 +167,7 @@ class ModelFit:
         return _rms(np.array(away)) if len(away) >= _MIN_LENGTHS else None
 
     def tool_m(self, motion: FrameMotion) -> Optional[float]:
-        """Return the distance between a moving frame and the link that follows it most closely."""
+        """Return the distance between a moving frame and the moving link closest to it."""
         bases = self._places(motion.parent, motion)
         if not bases:
             return None
@@ -189,13 +189,13 @@ class ModelFit:
         return min(map(_rms, residuals), default=None)
 
     def _moving(self, motion: FrameMotion) -> Dict[str, List[Placement]]:
-        """Return the places in the root link of all links that move in it."""
+        """Return the poses in the root link of all links that move relative to it."""
         found = {link: self._places(link, motion) for link in self._description.links
                  if self._kinematics.moves(link, self._description.root_link)}
         return {link: places for link, places in found.items() if places}
 
     def _places(self, frame: str, motion: FrameMotion) -> List[Placement]:
-        """Return a frame's places in the root link, one per sample; empty if one is unknown."""
+        """Return a frame's poses in the root link, one per sample; empty if one is unknown."""
         places = [self._kinematics.connection(
             self._own(frame), self._description.root_link,
             {self._own(name): position for name, position in sample.positions.items()})
@@ -219,11 +219,11 @@ def _rms(vectors: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.sum(np.square(vectors), axis=1))))
 
 
-# Choice among several models with the same joints: by lengths, motion and names seen.
+# Choice among several models with the same joints: by lengths, motion and observed names.
 
-_FIT_M = 0.01  # maximum residual, large enough for an uncalibrated arm
+_FIT_M = 0.01  # maximum residual; large enough for an uncalibrated arm
 _NOISE_M = 0.002
-_CLEAR = 3.0  # minimum factor by which the residual of the next model is larger
+_CLEAR = 3.0  # minimum ratio of the next model's residual to the best
 
 
 class ModelChoice(NamedTuple):
@@ -237,7 +237,7 @@ class ModelEvidence:
     """Observations that may distinguish models."""
 
     def __init__(self, seen: Seen, motions: Sequence[FrameMotion] = ()) -> None:
-        """Take all observations, and the moving frames of a recording."""
+        """Initialize with all observations, and the moving frames of a recording."""
         self._seen, self._motions = seen, motions
 
     def choose(self, topic: SeenTopic, models: Sequence[FoundModel]) -> ModelChoice:
@@ -251,7 +251,7 @@ class ModelEvidence:
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:
-        """Compare motions: first poses as those of a link, then with a free base or tool offset."""
+        """Compare motions: first of the frame and a link, then with a free base or tool offset."""
         motions = [motion for motion in self._motions if motion.joint_topic == topic.name]
         exact = ((motion, [fit.tool_m(motion) for fit in fits], '') for motion in motions)
         free = ((motion, [fit.free_tool_m(motion) for fit in fits], ', up to a constant offset')
@@ -261,7 +261,7 @@ class ModelEvidence:
         return next((choice for choice in choices if choice is not None), None)
 
     def _by_names(self, topic: SeenTopic, models: Sequence[FoundModel]) -> Optional[ModelChoice]:
-        """Choose the only model whose name was seen; names near the topic come first."""
+        """Choose the only model whose name was observed; names near the topic are tried first."""
         names = [words(model.path.rpartition('/')[2].partition('.')[0]) | words(model.name)
                  for model in models]
         common = frozenset.intersection(*names)
@@ -332,12 +332,12 @@ _Arguments = Tuple[Tuple[str, str], ...]
 
 
 class ModelSearch:
-    """Finds models; ``remarks`` name descriptions that cannot be used."""
+    """Finds models; ``remarks`` report descriptions that cannot be used."""
 
     def __init__(
         self, files: Optional[ModelFiles] = None, motions: Sequence[FrameMotion] = ()
     ) -> None:
-        """Take the files of the packages, and the moving frames of a recording."""
+        """Initialize with the files of the packages, and the moving frames of a recording."""
         self._files = files or ModelFiles()
         self._motions = motions
         self._expanded: Dict[Tuple[str, _Arguments],
@@ -363,7 +363,7 @@ class ModelSearch:
                    evidence: ModelEvidence) -> List[FoundModel]:
         """Return models for an arm's joints and others below its namespace, such as a gripper's.
 
-        The list is empty if the same models do not have these joints too.
+        The list is empty if these models do not have the other joints, too.
         """
         parts = parts_of(topic, joint_topics)
         more = {joint for part in parts for joint in part.joints}
@@ -407,7 +407,7 @@ class ModelSearch:
                            reason=f'{seen.namespace}/robot_description as it was seen')]
 
     def _named(self, name: str, description: RobotDescription) -> List[ModelFile]:
-        """Return files that may be the description of that name, the likeliest first."""
+        """Return files that may contain the description with that name, the likeliest first."""
         joints = list(description.joints)
         named = [it for it in self._files.all() if it.name == name]
         others = [it for it in self._files.all() if it.name != name and joints
@@ -418,7 +418,7 @@ class ModelSearch:
     @staticmethod
     def _for_joints(topic: SeenTopic, evidence: ModelEvidence,
                     fitting: Sequence[FoundModel]) -> Optional[FoundModel]:
-        """Return the model with the most joints of a topic, so an arm rather than its hand alone.
+        """Return the model with the most joints of a topic: an arm rather than its hand alone.
 
         Among equal ones, the model with the fewest other joints is preferred.
         """
@@ -446,7 +446,7 @@ class ModelSearch:
                 yield replace(best, reason=f'found by {reason}: is this the right model?')
 
     def _variants(self, file: ModelFile, topic: SeenTopic) -> Iterator[FoundModel]:
-        """Yield a file's models with different arguments and the prefix that its driver may use."""
+        """Yield a file's models with different arguments and the prefix that the driver may add."""
         for arguments in self._arguments(file, topic):
             found = self._expand(file, arguments)
             if found is not None:
@@ -509,7 +509,7 @@ def _loaded(text: str) -> RobotDescription:
 
 
 def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
-    """Return whether most joints of a model are on a topic, or its array has a number for each."""
+    """Return whether most joints of a model are on a topic, or its array has as many numbers."""
     joints = model.joints
     if topic.joints:
         common = len(joints & set(topic.joints))
@@ -533,7 +533,7 @@ def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
 
 
 def _has_siblings(description: RobotDescription, topic: SeenTopic, prefix: str) -> bool:
-    """Return whether a topic has numbered joints beyond the model's, which another model has."""
+    """Return whether a topic has joints that differ from the model's only in their numbers."""
     kinds = {_NUMBER.sub('#', name) for name in description.joints}
     others = (it[len(prefix):] for it in topic.joints if it.startswith(prefix))
     return any(it not in description.joints and _NUMBER.sub('#', it) in kinds for it in others)
@@ -543,7 +543,7 @@ _Shape = Tuple[Tuple[object, ...], ...]
 
 
 def _same(text: str, other: str) -> bool:
-    """Return whether two descriptions have the same joints at the same places."""
+    """Return whether two descriptions have the same joints at the same poses."""
     return _shape(text) == _shape(other)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Moving frames of a recording, which distinguish models with the same joints."""
+"""Moving frames of a recording, to distinguish models with the same joints."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -17,7 +17,7 @@ from process_visualizer.robot.kinematics import Placement
 from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
 
 _MOMENTS = 40
-_AROUND = 3  # joint states on each side of a moment; their stamps then lie on both sides too
+_AROUND = 3  # joint states on each side of a moment, so that their stamps lie on both sides, too
 _GROUPS = 8  # maximum number of groups of joints, each sent in its own messages
 _SAME_CLOCK_S = 0.5
 MIN_MOVED_M = 0.05
@@ -25,7 +25,7 @@ MIN_SAMPLES = 8
 
 
 class Sample(NamedTuple):
-    """Positions of joints [rad or m] by name, and the place of a frame at the same time."""
+    """Positions of joints [rad or m] by name, and the pose of a frame at the same time."""
 
     positions: Dict[str, float]
     place: Placement
@@ -45,7 +45,7 @@ class FrameMotion(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the name of the motion in words."""
+        """Return a text that names the motion."""
         return f'{self.frame} in {self.topic}' if self.frame else self.topic
 
 
@@ -75,7 +75,7 @@ def recorded_motions(recording: Recording) -> List[FrameMotion]:
 
 
 def _moving(recording: Recording, number: int) -> Dict[Tuple[str, str], List[_Timed]]:
-    """Return the moving frames of a connection, at moments spread over the recording."""
+    """Return the poses of moving frames of a connection, at moments spread over the recording."""
     positions = recording.index.positions(number)
     chosen = np.unique(np.linspace(0, max(len(positions) - 1, 0), _MOMENTS).astype(int))
     places: Dict[Tuple[str, str], List[_Timed]] = defaultdict(list)
@@ -106,7 +106,7 @@ def _places(recording: Recording, number: int,
 
 
 def _samples(recording: Recording, number: int, place: _Timed) -> Iterator[Sample]:
-    """Yield the joint positions at the time of a place, interpolated between measurements."""
+    """Yield the joint positions at the time of a pose, interpolated between measurements."""
     positions = recording.index.positions(number)
     times_ns = recording.index.time_ns[positions]
     at = int(np.searchsorted(times_ns, round(place.bag_s * 1e9)))
@@ -147,7 +147,7 @@ def _source(recording: Recording, number: int, position: int) -> Tuple[Source, f
     try:
         messages: Tuple[bytes, ...] = (bytes(recording.message(position)),)
     except BagDamaged:
-        messages = ()  # the recording keeps a remark about the damage
+        messages = ()  # the recording reports the damage
     return Source(it.topic, short_name(it.type), it.message_definition, it.caller_id, messages), \
         float(recording.index.time_ns[position]) * 1e-9
 

@@ -115,11 +115,11 @@ class StoredCell(NamedTuple):
 
 def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
                 origin: Origin = Origin.BAG, states: Sequence[StateNumber] = ()) -> StoredCell:
-    """Return a configuration as it was stored, with base frames at the poses seen last.
+    """Return a stored configuration, with base frames at the poses observed last.
 
-    ``source`` says in words where it was stored. Elements that would run or read something are left
-    out, except nodes of packages that the user trusts; comments name the elements left out. If the
-    configuration does not define a run, one is proposed from the recorded ``states``.
+    ``source`` is a text that says where it was stored. Elements that would run or read something
+    are left out, except nodes of packages that the user trusts; comments name the elements left
+    out. If the configuration does not define a run, one is proposed from the recorded ``states``.
 
     Raises:
         ConfigurationError: the configuration is not valid on this machine.
@@ -155,17 +155,17 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
 
 
 _EVALUATED = re.compile(r'\$+(?=[{(])')
-"""The dollar signs of a xacro expression; with one more, xacro keeps the text as it is."""
+"""The dollar signs of a xacro expression; one more makes xacro keep the text unchanged."""
 _SAFE_NAME, _SAFE_VALUE = re.compile(r'\w+'), re.compile(r"[^'\"\\\\$\x00-\x1f]*")
-"""Argument names and values that are safe within a Python expression."""
+"""Argument names and values that are safe in a Python expression."""
 _NOT_GIVEN = '(not given)'
 
 
 def _plain_models(cell: Cell) -> Tuple[Dict[str, str], List[str]]:
     """Return the texts of the models stored with a cell, by path, and remarks on missing parts.
 
-    The new configuration belongs to the user, so its models are read without limits. Their texts
-    are therefore the results of reading them with limits; nothing in them is evaluated again.
+    The new configuration belongs to the user, so its models will be read without limits. Therefore
+    the texts are the results of reading the models with limits; nothing in them is evaluated again.
 
     Raises:
         ValueError: two devices need different texts of one file that cannot be combined.
@@ -234,8 +234,8 @@ def _confine(main: str, folder: str, provenance: Provenance,
              given: Mapping[str, str]) -> List[str]:
     """Remove untrusted elements from the files of a configuration; return remarks on them.
 
-    Arguments that its main file passes to another one are not known here: whatever these make of a
-    name is found when the configuration is parsed.
+    Arguments that the main file passes to another file are unknown here: names that depend on them
+    are checked when the configuration is parsed.
     """
     ignored: List[str] = []
     for path in sorted(Path(folder).rglob('*.xml')):
@@ -276,7 +276,7 @@ def _escaped(value: str) -> str:
 
 
 def _with_seen_poses(cell: Cell, seen: Seen) -> List[str]:
-    """Write base frames that were calibrated since into the file; return remarks on all changes."""
+    """Write poses of base frames calibrated since then to the file; return remarks on changes."""
     forest, editor = FrameForest(seen.transforms), PoseEditor(cell)
     remarks = []
     for device in cell.devices:

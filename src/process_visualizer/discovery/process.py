@@ -37,7 +37,7 @@ _MAX_FIELDS, _MAX_VISITED, _MAX_DEPTH, _MAX_MESSAGES = 64, 10_000, 3, 100_000
 
 @dataclass(frozen=True, eq=False)
 class StateNumber:
-    """A whole number on a topic that keeps each value for a while: its field, values, times [s]."""
+    """An integer on a topic that keeps each value for a while: its field, values, and times [s]."""
 
     topic: str
     field: str
@@ -52,7 +52,7 @@ class StateNumber:
 
     @cached_property
     def held(self) -> States:
-        """Return the successive values, each with the time since when it holds."""
+        """Return the successive values, each with its start time."""
         return states(Channel('', '', '', ChannelKind.VARIABLE, self.times_s, self.values))
 
     @cached_property
@@ -117,16 +117,16 @@ def _state(source: CurveSource, times_s: np.ndarray, values: np.ndarray) -> Iter
 
 _MIN_RUNS, _MIN_CONSISTENT, _MIN_SCORE = 2, 0.6, 0.2
 _PULSE_SCORE, _PULSE_SHARE = 0.3, 0.1
-"""Score of a run from pulse to pulse; share of time below which a bit is taken to send pulses.
+"""Score of a run from pulse to pulse; share of time below which a bit counts as sending pulses.
 
-The score is low because such a run is right less often than one from a rise to a fall.
+The score is low because such a run is less often correct than one from a rise to a fall.
 """
 _MAX_REST_LEVELS = 3
 """Number of the lowest values of a state that may mean rest."""
 _EDGE_S, _EDGE_SHARE = 0.25, 0.1
 """Time, and share of a run, ignored at its beginning and end.
 
-Numbers sent in separate messages do not all change at the same time there.
+There, numbers sent in separate messages do not all change at the same time.
 """
 _SHORT = 0.5
 _RUN_WORDS, _NAMED = frozenset({'cycle', 'run', 'running', 'busy', 'active', 'process'}), 1.05
@@ -153,7 +153,7 @@ class _Event:
 
 
 class _Span(NamedTuple):
-    """A possible definition of a run; ``score`` rates how well it explains the repetition."""
+    """A candidate definition of a run; ``score`` rates how well it explains the repetition."""
 
     begin: _Event
     end: _Event
@@ -194,7 +194,7 @@ def _order(state: StateNumber, cycle: Cycle) -> Tuple[float, ...]:
 
 
 def _held(state: StateNumber, cycle: Cycle) -> List[Tuple[float, float]]:
-    """Return the values of a number within a run, each with the time since when it holds [s]."""
+    """Return the values of a number within a run, each with its start time [s]."""
     edge_s = min(_EDGE_S, _EDGE_SHARE * (cycle.end_s - cycle.begin_s))
     first = max(bisect_right(state.held.since_s, cycle.begin_s + edge_s) - 1, 0)
     last = bisect_left(state.held.since_s, cycle.end_s - edge_s)
@@ -227,7 +227,7 @@ def _is_pulse(bit: StateNumber) -> bool:
 
 _MAX_PHASES, _MIN_WAITS = 12, 4
 _MIN_WAIT_S, _MIN_WAIT, _TIMES_USUAL = 1.0, 0.2, 4.0
-"""A wait's durations spread at least so far: range [s], std over mean, factor over usual."""
+"""Minimum spread of a wait's durations: range [s], std over mean, factor over usual."""
 
 
 class _Phase(NamedTuple):
@@ -238,7 +238,7 @@ class _Phase(NamedTuple):
 
 
 def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]]:
-    """Return the values of a state as phases; a value reached from a higher one has no event."""
+    """Return the values of a state as phases; a value reached from a higher one gets no event."""
     held = [_held(state, run) for run in span.found]
     orders = [tuple(value for value, _ in values) for values in held]
     usual = Counter(orders).most_common(1)[0][0]
@@ -268,7 +268,7 @@ def _phases(state: StateNumber, span: _Span) -> Tuple[List[_Event], List[_Phase]
 
 
 def _waits(phases: Sequence[_Phase]) -> List[str]:
-    """Return the names of the phases whose duration varies freely."""
+    """Return the names of the phases that are waits, by their varying durations."""
     if not phases or len(phases[0].took_s) < _MIN_WAITS:
         return []
     shares = [float(it.took_s.std() / max(it.took_s.mean(), 1e-9)) for it in phases]
@@ -277,7 +277,7 @@ def _waits(phases: Sequence[_Phase]) -> List[str]:
             if np.ptp(it.took_s) > _MIN_WAIT_S and share > max(_MIN_WAIT, _TIMES_USUAL * usual)]
 
 
-# Numbers that differ from run to run by design.
+# Numbers that are meant to differ from run to run.
 
 _MIN_CONSTANT, _MIN_STEPS, _MIN_TIMES = 0.9, 0.8, 2
 _WORDS = {'place': frozenset({'place', 'pattern', 'index', 'position', 'pocket', 'slot', 'row'}),
@@ -286,7 +286,7 @@ _WORDS = {'place': frozenset({'place', 'pattern', 'index', 'position', 'pocket',
 
 
 def _differing(known: Sequence[StateNumber], span: _Span) -> Dict[str, StateNumber]:
-    """Return the numbers that give the variant (group) and the place of a run."""
+    """Return the numbers that identify the variant (group) and the place of a run."""
     found: Dict[str, StateNumber] = {}
     for state in known:
         orders = [_order(state, run) for run in span.found]
@@ -310,7 +310,7 @@ def _differing(known: Sequence[StateNumber], span: _Span) -> Dict[str, StateNumb
 # The whole proposal.
 
 class Process(NamedTuple):
-    """The proposed elements, the numbers they need, and a summary in words."""
+    """The proposed elements, the numbers that they need, and a summary."""
 
     elements: Tuple[DraftElement, ...]
     states: Tuple[StateNumber, ...]

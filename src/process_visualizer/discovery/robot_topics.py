@@ -40,8 +40,9 @@ class FoundModel:
     """A model: ``namespace`` of its description, such as ``/arm``; ``name`` as in the URDF.
 
     The model is the file ``path`` of the ``package``; without a package its text has to be written
-    beside the configuration. ``arguments`` are for xacro; ``prefix`` is meant for its links.
-    ``reason`` says how it was found. Its driver puts the ``joint_prefix`` before joint names.
+    beside the configuration. ``arguments`` are for xacro; ``prefix`` is to be put before its link
+    names. ``reason`` says how it was found. The driver puts the ``joint_prefix`` before joint
+    names.
     """
 
     namespace: str
@@ -120,7 +121,7 @@ def robot_groups(topics: Sequence[SeenTopic], models: Sequence[FoundModel]) -> L
 
 def _other_joints(group: RobotGroup, groups: Sequence[RobotGroup],
                   joint_topics: Sequence[SeenTopic]) -> Tuple[SeenTopic, ...]:
-    """Return the topics with joints of the robot's model that no earlier topic of it has."""
+    """Return the topics with joints of the robot's model that none of its earlier topics has."""
     if group.model is None:
         return ()
     known, found = set(group.joint_topic.joints), []
@@ -226,7 +227,7 @@ _Kind = Callable[[SeenTopic], bool]
 
 def _assign(groups: Sequence[RobotGroup], topics: Sequence[SeenTopic], is_kind: _Kind,
             take: Callable[[RobotGroup, SeenTopic], None]) -> None:
-    """Give each robot the topic of a kind that suits it better than any other robot."""
+    """Assign to each robot the topic of a kind that suits it better than any other robot."""
     candidates = [topic for topic in topics if is_kind(topic)]
     for group in groups:
         ranked = [(_score(group, topic, groups), -len(topic.name), topic.name, topic)
@@ -236,7 +237,7 @@ def _assign(groups: Sequence[RobotGroup], topics: Sequence[SeenTopic], is_kind: 
 
 
 def _owner(topic: SeenTopic, groups: Sequence[RobotGroup]) -> Optional[RobotGroup]:
-    """Return the robot that a topic suits best; None if it suits two equally, or no robot."""
+    """Return the robot that a topic suits best; None if it suits two equally, or none."""
     if len(groups) == 1:
         return groups[0]
     scores = [_score(group, topic, groups) for group in groups]
@@ -291,7 +292,7 @@ def _last_parts(topic: SeenTopic) -> FrozenSet[str]:
     return _parts(topic.name.rpartition('/')[2])
 
 
-# The frame on tf that is a robot's tool: many drivers send its pose as a transform.
+# The tool frame of a robot on tf: many drivers send the tool's pose as a transform.
 
 _CONTROLLER = '_controller'
 """Ending of a frame reported by the controller if the model has a frame of the same name."""
@@ -304,12 +305,12 @@ _NOWHERE = Location('', 0)
 
 
 def tool_link(model: FoundModel) -> str:
-    """Return the link that the program takes as the tool."""
+    """Return the link that the program uses as the tool."""
     return tool_frame(Device(DeviceType.ROBOT, 'robot', _NOWHERE), model.description).frame
 
 
 class ToolTransform(NamedTuple):
-    """A frame on tf that is a robot's tool; a guess unless ``is_sure``.
+    """A frame on tf that is a robot's tool, or only a guess unless ``is_sure``.
 
     ``chain`` is the frame and its ancestors, up to the first whose parent is a link.
     """
@@ -322,7 +323,7 @@ class ToolTransform(NamedTuple):
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A frame below a ``link`` of the robot; ``rank`` of its name as in ``tool_name_rank``."""
+    """A frame below a ``link`` of the robot; ``rank`` is that of its name (``tool_name_rank``)."""
 
     chain: Tuple[str, ...]
     link: str
@@ -341,11 +342,11 @@ class _Candidate:
 
 
 class ToolTransforms:
-    """Finds the robots' tools among the frames seen on tf."""
+    """Finds the robots' tools among the frames observed on tf."""
 
     def __init__(self, forest: FrameForest, models: Sequence[FoundModel], prefixes: Sequence[str],
                  topics: Sequence[SeenTopic]) -> None:
-        """Take all models with the prefixes of their links, and all topics."""
+        """Initialize with all models, the prefixes of their links, and all topics."""
         self._forest, self._models, self._prefixes = forest, models, prefixes
         self._links = {prefix + link for model, prefix in zip(models, prefixes)
                        for link in model.description.links}
@@ -410,7 +411,7 @@ class ToolTransforms:
         return frame in self._seeing or bool(_NO_TOOL.search(frame))
 
     def _may_be_tool(self, it: _Candidate, arm_moves: bool) -> bool:
-        if it.rank is None:  # only the last frame of a chain that a driver sends
+        if it.rank is None:  # only the last frame of a chain sent by a driver
             return it.is_sent and it.moves and not self._forest.children(it.frame)
         return it.moves or (it.is_sent and not arm_moves)
 

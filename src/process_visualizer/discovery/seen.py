@@ -25,7 +25,7 @@ class Source(NamedTuple):
 class SeenNumber(NamedTuple):
     """A number in the messages of a topic: the path of its field, and the range of its values.
 
-    ``is_counter`` says that the number rose from each message to the next.
+    ``is_counter``: the number increased from each message to the next.
     """
 
     path: str
@@ -57,9 +57,9 @@ class SeenTopic:
 
 
 class SeenTransform(NamedTuple):
-    """A transform on tf: the child's place in its parent; names without a leading slash.
+    """A transform on tf: the child's pose in its parent; names without a leading slash.
 
-    ``topic`` is the topic it was sent on; ``changes`` says that it changed.
+    ``topic`` is the topic on which it was sent; ``changes``: it changed.
     """
 
     parent: str
@@ -78,9 +78,9 @@ class SeenDescription(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """The observations; ``where`` names the observed cell or recording in words.
+    """The observations; ``where`` is a text that names the observed cell or recording.
 
-    ``is_moment`` says that only a moment was observed; numbers may change by any amount later.
+    If ``is_moment``, only a moment was observed; numbers may change by any amount later.
     """
 
     where: str
@@ -144,7 +144,7 @@ class FrameForest:
 
 
 def pose_of(placement: Placement) -> Pose:
-    """Return position and rotation in the form of a configuration, rounded."""
+    """Return the pose in the form used in configurations, rounded."""
     ypr = ypr_from_matrix(matrix_from_quaternion(np.asarray(placement.quaternion)))
     x, y, z = (_rounded(value) for value in placement.position)
     yaw, pitch, roll = (_rounded(float(value)) for value in ypr)

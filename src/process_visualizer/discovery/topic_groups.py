@@ -123,10 +123,10 @@ _COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
 
 
 def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
-    """Return the topics that devices may have sent.
+    """Return the topics that devices may have published.
 
-    A cloud cropped by this program stands for its sensor if nothing else from the sensor was seen:
-    images and whole clouds are often too large to be recorded.
+    A cloud cropped by this program represents its sensor if nothing else from the sensor was
+    observed: images and whole clouds are often too large to be recorded.
     """
     given = tuple(topics)
     names = {topic.name for topic in given}
@@ -135,7 +135,7 @@ def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
     cropped = [topic for topic in given if topic.name in own and topic.name.endswith(_CROPPED)]
     cameras = camera_groups(kept) if cropped else ()
     kept += [topic for topic in cropped if not any(_is_source(group, topic) for group in cameras)]
-    chosen = set(map(id, kept))  # comparing them would take as long as there are many, squared
+    chosen = set(map(id, kept))  # comparing the topics themselves would take quadratic time
     return tuple(topic for topic in given if id(topic) in chosen)
 
 
@@ -154,7 +154,7 @@ def _is_other_node(name: str) -> bool:
 
 
 def _robots_outputs(names: Set[str]) -> Set[str]:
-    """Return outputs of robot processors, by topic names: not every bag records the publishers."""
+    """Return outputs of robot processors, by topic names: not every bag names the publishers."""
     robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
     return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
             for output in ROBOT_OUTPUTS}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Films and pictures of runs: their page, drawn moment by moment by a browser of its own."""
+"""Films and pictures of runs: their page, drawn frame by frame in a separate browser."""

@@ -39,7 +39,7 @@ ENDINGS = tuple(_ENCODERS)
 
 
 class ViewAt(NamedTuple):
-    """One of VIEWS, to which the camera moves at a time of the recording, or at a mark.
+    """One of VIEWS, to which the camera moves at a time in the recording, or at a mark.
 
     ``at``: a time such as 0:07.4, or the label of a mark or event; empty: from the start.
     """
@@ -49,10 +49,10 @@ class ViewAt(NamedTuple):
 
 
 class Style(NamedTuple):
-    """The look of a film: width and height [pixels], views, labels of the curves below.
+    """The style of a film: width and height [pixels], views, labels of the curves below.
 
-    Without ``curves``, as many as fit are shown, those with departures first. ``is_beside``: the
-    good run is shown to the left of each run, at the same moment of the process.
+    Without ``curves``, as many curves as fit are shown, those with departures first. ``is_beside``:
+    the good run is shown to the left of each run, at the same moment of the process.
     """
 
     size: Tuple[int, int] = (1280, 720)
@@ -64,14 +64,14 @@ class Style(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """A moment of a run."""
+    """A moment in a run."""
 
     run: int
     time_s: float
 
 
 OnFrame = Callable[[int, int], None]
-"""Called with the number of finished frames, and of all frames; may raise to end the film."""
+"""Callback with the number of finished frames and of all frames; may raise to end the film."""
 
 
 def film_frames(chosen: ChosenSpans, rate_hz: float, speed: float) -> List[Frame]:
@@ -94,7 +94,7 @@ _Shots = Sequence[Tuple[Frame, ...]]
 
 
 def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpans, _Shots]:
-    """Return runs and their good runs, and each frame preceded by the frame of the good run.
+    """Return runs with their good runs, and each frame preceded by the frame of the good run.
 
     Both frames are at the same moment of the process.
 
@@ -122,7 +122,7 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
             np.array([frame.time_s - run.begin_s]))[0])
         time_s = min(max(round(time_s, 6), spans[number].begin_s), spans[number].end_s)
         shots.append((Frame(number, time_s), frame))  # rounded as in the table
-    for number in range(len(judged), len(runs)):  # only parts beside a run are shown
+    for number in range(len(judged), len(runs)):  # only the parts beside a run are shown
         times_s = [beside.time_s for beside, _ in shots if beside.run == number]
         spans[number] = PageSpan(min(times_s), max(times_s))
     return chosen._replace(runs=runs, spans=spans, known=(*chosen.known, *judged)), shots
@@ -131,7 +131,7 @@ def beside_good(chosen: ChosenSpans, frames: Sequence[Frame]) -> Tuple[ChosenSpa
 class CameraMove(NamedTuple):
     """The camera of a frame: a share of the way from one view to another.
 
-    A view includes a time [s] of the run, because it depends on the places of moving tools.
+    A view includes a time [s] of the run, because it depends on the positions of moving tools.
     """
 
     begin: Tuple[str, float]
@@ -172,7 +172,7 @@ def camera_moves(chosen: ChosenSpans, views: Sequence[ViewAt], shots: _Shots,
         chosen: the runs.
         views: views of the camera and their start times; the first view also holds earlier.
         shots: the frames.
-        move_s: duration of a move, in the time of the recording.
+        move_s: duration of a move in recording time [s].
 
     Raises:
         ValueError: a run has no such mark.
@@ -208,7 +208,7 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
     Args:
         path: ends in one of ENDINGS.
         chosen: the runs.
-        style: the look.
+        style: the style.
         rate_hz: frames per second of the film.
         speed: seconds of the recording per second of the film.
         on_frame: called after each frame.
@@ -229,7 +229,7 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
         chosen, shots = beside_good(chosen, frames)
     table = io.StringIO()
     with whole_file(path) as unfinished, ExitStack() as stack:
-        stderr_file = stack.enter_context(tempfile.TemporaryFile())  # a pipe would have to be read
+        stderr_file = stack.enter_context(tempfile.TemporaryFile())  # a pipe would need a reader
         process = stack.enter_context(_encoder(encoder, rate_hz, ending, unfinished,
                                                len(shots[0]), stderr_file))
         try:
@@ -248,7 +248,7 @@ def write_film(path: str, chosen: ChosenSpans, style: Style, rate_hz: float = 25
 
 
 def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) -> None:
-    """Write one moment as PNG.
+    """Write a picture of one moment as PNG.
 
     Raises:
         BagError, ConfigurationError, ValueError, OSError: as ``write_film``.
@@ -259,7 +259,7 @@ def write_picture(path: str, chosen: ChosenSpans, style: Style, frame: Frame) ->
 
 def _draw(chosen: ChosenSpans, style: Style, shots: _Shots, pictures: IO[bytes],
           table: TextIO, on_frame: OnFrame, move_s: float = _MOVE_S) -> None:
-    """Write the pictures of each frame, and its row of the table."""
+    """Write the picture of each frame, and its row in the table."""
     # Imported late: other commands start 50 ms faster.
     from process_visualizer.film.headless_browser import BrowserError, HeadlessBrowser
     rows: List[Dict[str, str]] = []

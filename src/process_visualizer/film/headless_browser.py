@@ -30,7 +30,7 @@ class BrowserError(Exception):
 
 
 class HeadlessBrowser:
-    """A page in its own browser; a context manager that ends the browser."""
+    """A page in a separate browser; a context manager that ends the browser."""
 
     def __init__(self, page: Path, size: Tuple[int, int], fragment: str = '') -> None:
         """Open a file, and wait until its script reports that it is ready.
@@ -44,7 +44,7 @@ class HeadlessBrowser:
             BrowserError: there is no browser, or it does not show the page.
         """
         self._number, self._session = 0, ''
-        self._passed: Deque[str] = deque(maxlen=100)  # events that came before an answer
+        self._passed: Deque[str] = deque(maxlen=100)  # events received before an answer
         with ExitStack() as stack:
             self._socket = _started(stack)
             stack.callback(self._socket.shutdown)
@@ -130,7 +130,7 @@ class HeadlessBrowser:
 
 
 def _started(stack: ExitStack) -> Any:
-    """Return a connection to a new browser, which the stack ends."""
+    """Return a connection to a new browser, which ends with the stack."""
     program = next((it for it in map(shutil.which, _NAMES) if it), None)
     if program is None:
         raise BrowserError('Chromium draws the pictures, and is missing; install it (Debian: '
@@ -145,7 +145,7 @@ def _started(stack: ExitStack) -> Any:
          *(['--no-sandbox'] if os.geteuid() == 0 else []), 'about:blank'],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         text=True, errors='replace', start_new_session=True,
-        env={**os.environ, 'TMPDIR': profile})  # the killed browser would leave files
+        env={**os.environ, 'TMPDIR': profile})  # a killed browser leaves files behind
     stack.callback(_end, process)
     assert process.stderr is not None
     timer = threading.Timer(_LIMIT_S, process.kill)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The extent of a cell and of its models, which the first view must show."""
+"""The extent of a cell and of its models, which the initial view must show."""
 from __future__ import annotations
 
 import functools
@@ -29,7 +29,7 @@ class CellFrames:
 
     def __init__(self, cell: Cell, devices: Tuple[Device, ...],
                  descriptions: Mapping[str, RobotDescription]) -> None:
-        """Take the devices, and the models of those that have one."""
+        """Initialize with the devices, and the models of those that have one."""
         self._frame = cell.frame
         self._fixed: Dict[str, Tuple[str, Placement]] = {
             frame.child: (frame.parent, _placement(Pose(frame.xyz, frame.ypr)))
@@ -47,7 +47,7 @@ class CellFrames:
         return {self._frame, *self._fixed, *self._owners}
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return the place of a frame in the global frame; None if it is unknown."""
+        """Return the pose of a frame in the global frame; None if it is unknown."""
         found, passed = Placement(), set()
         while frame != self._frame:
             step = self._step(frame)
@@ -58,7 +58,7 @@ class CellFrames:
         return found
 
     def _step(self, frame: str) -> Optional[Tuple[str, Placement]]:
-        """Return a frame that carries this one, and the place of this one in it."""
+        """Return the parent of a frame, and the pose of the frame in it."""
         owner = self._owners.get(frame)
         if owner is None or frame in self._fixed:
             return self._fixed.get(frame)
@@ -74,7 +74,7 @@ def _placement(pose: Pose) -> Placement:
 
 
 _UNKNOWN_M = 0.5
-"""Assumed extent of a device without a readable model around its base."""
+"""Assumed extent around the base of a device without a readable model."""
 _ARROW_M = 0.15
 """Room for a variable's arrow and number."""
 _SIGHT_M = 1.5
@@ -87,10 +87,10 @@ def cell_extent(cell: Cell, devices: Tuple[Device, ...],
                 descriptions: Mapping[str, RobotDescription]) -> Dict[str, np.ndarray]:
     """Return points (n, 3) in the global frame [m] around the visible part of each device, by name.
 
-    These are robots with their reach, machines, regions of interest, and the places of variables. A
-    depth sensor itself counts only in a cell of depth sensors, because it looks at other devices
-    from far away. Scenery (a model without data) counts only up to the height of the other devices;
-    a mast, for example, is cut off.
+    These are robots with their reach, machines, regions of interest, and the positions of
+    variables. A depth sensor itself counts only in a cell of depth sensors, because it views other
+    devices from far away. Scenery (a model without data) counts only up to the height of the other
+    devices; a mast, for example, is cut off.
     """
     extents = _Extents(cell, devices, descriptions)
     found = {device.name: extents.of_device(device) for device in devices}
@@ -153,7 +153,7 @@ def _is_scenery(device: Device) -> bool:
 
 def _with_scenery(found: Dict[str, np.ndarray],
                   scenery: Dict[str, np.ndarray]) -> Dict[str, np.ndarray]:
-    """Add the scenery, cut off above all the rest."""
+    """Add the scenery, cut off above everything else."""
     rest = np.concatenate([np.empty((0, 3)), *found.values()])
     top = rest.max(axis=0) if len(rest) else np.full(3, np.inf)
     top[:2] = np.inf
@@ -299,11 +299,11 @@ _READERS: Dict[str, Callable[[str], np.ndarray]] = {'.stl': _stl, '.dae': _colla
 
 
 _SAMPLES = 120
-"""Number of random postures: their tool positions fill the reach of an arm except for its rim."""
+"""Number of random joint positions: they fill the reach of an arm except for its rim."""
 _TURN_RAD = math.pi
-"""Maximum turn of joints without limits, or with wider ones."""
+"""Maximum rotation of joints without limits, or with wider ones."""
 _THROUGH = 0.1
-"""Maximum share of a standing model that is below its base plane (a plate, a cable)."""
+"""Maximum share of a standing model below its base plane (a plate, a cable)."""
 _CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 
@@ -347,11 +347,11 @@ class ModelExtent:
         return np.concatenate(corners)
 
     def reach(self, tool: str) -> np.ndarray:
-        """Return positions (n, 3) of a link in random postures within the joints' ranges.
+        """Return positions (n, 3) of a link at random joint positions within the joints' ranges.
 
         An arm that stands on its base plane does not reach through that plane.
         """
-        chance = random.Random(1)  # reproducible
+        chance = random.Random(1)  # for reproducible results
         found: List[Tuple[float, float, float]] = []
         is_moved = any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
         for _ in range(_SAMPLES if is_moved else 0):
@@ -398,7 +398,7 @@ def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
     if kind == 'continuous' or (limit is None and kind != 'prismatic'):
         return -_TURN_RAD, _TURN_RAD
     if limit is None:
-        return 0.0, 0.0  # URDF demands limits of it, so its travel in m is unknown
+        return 0.0, 0.0  # URDF requires limits for it, so its travel in m is unknown
     low, high = float(limit.get('lower', '0')), float(limit.get('upper', '0'))
     if kind == 'revolute' and low <= 0.0 <= high:
         return max(low, -_TURN_RAD), min(high, _TURN_RAD)
@@ -406,7 +406,7 @@ def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
 
 
 def moved(place: Placement, points: np.ndarray) -> np.ndarray:
-    """Return points (n, 3) [m] of a placed frame in the outer frame."""
+    """Return points (n, 3) [m] of a frame, expressed in the outer frame."""
     return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)
 
 

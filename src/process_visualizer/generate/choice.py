@@ -21,7 +21,7 @@ class RvizStart(Enum):
 
 @dataclass(frozen=True)
 class Viewers:
-    """Permitted viewers for ``cell view``: also on other computers if ``is_remote``.
+    """Permitted viewers of ``cell view``: those on other computers only if ``is_remote``.
 
     The relay listens on the first free one of the ``ports`` (FIRST-LAST); empty: the default ports.
     """
@@ -30,7 +30,7 @@ class Viewers:
     ports: str = ''
 
     def options(self) -> List[str]:
-        """Return the command-line options that say the same."""
+        """Return the equivalent command-line options."""
         return ['--remote'] * self.is_remote + (['--ports', self.ports] if self.ports else [])
 
 
@@ -41,9 +41,9 @@ class Choice:
     ``further_bags`` are the other files of a split recording, ``left_out`` its topics that are not
     played. ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
     ``viewers`` are the permitted viewers of the cell.
-    ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
-    operator has saved (see ``SavedViews``). If given, ``bag_folder`` is a folder into which the
-    recorder may record, in addition to those always allowed.
+    ``window`` is the position and size of RViz on the screen, ``view`` the content of an RViz file
+    that the operator has saved (see ``SavedViews``). If given, ``bag_folder`` is a folder into
+    which the recorder may record, in addition to those always allowed.
     """
 
     cell: Cell

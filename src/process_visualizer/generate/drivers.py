@@ -92,12 +92,12 @@ def _find(launch_file: LaunchFile) -> str:
 
 
 def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
-    """Return the content of the file when another file includes it with its arguments."""
+    """Return the content of the file as if another file included it with its arguments."""
     root = LaunchTag('launch')
     root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
     loader = XmlLoader(resolve_anon=False)
-    loader.ignore_unset_args = False  # roslaunch sets this; the loader crashes without
+    loader.ignore_unset_args = False  # roslaunch sets this; without it, the loader crashes
     try:
         loader.load_string(write_document(root), config, verbose=False)
     except rospkg.ResourceNotFound as error:
@@ -109,7 +109,7 @@ def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
 
 
 def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, str]) -> None:
-    """Note the owner of each name; roslaunch starts nothing if two nodes have the same name."""
+    """Record the owner of each name: roslaunch starts nothing if two nodes have the same name."""
     names = [node.namespace + node.name for node in nodes]
     for name in names:
         if name in owners:
@@ -123,7 +123,7 @@ def _package_name(error: rospkg.ResourceNotFound) -> str:
 
 
 def _reason(error: Exception) -> str:
-    """Return the error on one line; of a chain of included files, only the faulty one."""
+    """Return the error on one line, without the files that include the faulty one."""
     text = ' '.join((str(error) or repr(error)).split())
     return shortened(_INCLUDED.sub('', text), _MAX_REASON)
 
@@ -152,13 +152,13 @@ def _nodelet_package(node: LaunchedNode) -> str:
     return words[1].split('/')[0] if '/' in words[1] else ''
 
 
-# The managers of a device's nodelets, so that our nodelets can run there, too.
+# The managers of a device's nodelets, so that this program's nodelets can run there, too.
 #
 # Nodelets in one manager exchange messages without copying them: a Kinect's clouds are 10 MB each,
 # thirty times a second, and sending them over a socket costs half a core.
 
 _ANONYMOUS = re.compile(r'\$\(anon |_\d+_\d{9,}$')
-"""A name that is different at every start."""
+"""A name that differs at every start."""
 _NodeletCommand = Tuple[str, str, List[str]]  # namespace and name of the node, words
 
 
@@ -193,7 +193,7 @@ def nodelet_managers(choice: Choice, contents: Mapping[LaunchFile, LaunchContent
 
 
 def shared_manager(names: Iterable[str], managers: Mapping[str, Manager]) -> Optional[Manager]:
-    """Return the one manager that all named devices use; None if there is none."""
+    """Return the manager that all named devices use; None if there is none."""
     used = {managers[name].name if name in managers else '' for name in names}
     return Manager(used.pop(), is_shared=True) if len(used) == 1 and '' not in used else None
 

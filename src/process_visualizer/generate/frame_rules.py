@@ -29,7 +29,7 @@ class _Use(NamedTuple):
 
 def frame_problems(devices: Iterable[Device],
                    descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """Return a problem for each placed frame that is a link of a model already."""
+    """Return a problem for each placed frame that is already a link of a model."""
     owners = {link: name for name, description in descriptions.items()
               for link in description.parents}
     return [Problem(place.location, place.element,
@@ -40,9 +40,9 @@ def frame_problems(devices: Iterable[Device],
 
 def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
                    published: Iterable[str]) -> List[Problem]:
-    """Return a warning for each used frame that is unknown; only a driver could publish it in tf.
+    """Return a warning for each unknown frame in use; only a driver could publish it on tf.
 
-    ``published`` are further known frames. Nothing is reported until every model can be read.
+    ``published`` are further known frames. Nothing is reported unless every model can be read.
     """
     if any(device.model is not None and device.name not in descriptions for device in cell.devices):
         return []
@@ -84,7 +84,7 @@ def _known_frames(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> S
 
 
 def _uses(device: Device) -> Iterator[_Use]:
-    """Yield the frames that a device's elements refer to, except those that they place."""
+    """Yield the frames to which a device's elements refer, except those that they place."""
     if device.tool is not None:
         yield _Use(device.tool.frame, device.tool.location, 'tool')
     if device.force is not None:
@@ -136,7 +136,7 @@ def _advice(frame: str, known: Set[str], joints: Mapping[str, str]) -> str:
 
 
 def _likely_name(frame: str, known: Set[str]) -> 'str | None':
-    """Return the same name with another prefix, or else the name most like it."""
+    """Return the same name with another prefix, or else the most similar name."""
     word = frame.split('/')[-1]
     same_ending = sorted(name for name in known if name.endswith(('/' + word, '_' + word)))
     return same_ending[0] if same_ending else nearest(frame, known)

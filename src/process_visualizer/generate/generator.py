@@ -48,7 +48,7 @@ from process_visualizer.robot.description import (
     resource_problems,
 )
 
-# The parts of a plan: each is started and stopped as a unit, by its own launch file.
+# The parts of a plan: each is started and stopped as a unit, with its own launch file.
 
 _ANONYMOUS = re.compile(r'_\d+_\d{9,}$')
 """The ending that roslaunch gives to ``$(anon name)``: process id and random number."""
@@ -59,7 +59,7 @@ def add_parts(plan: Plan, roots: Mapping[str, LaunchTag], choice: Choice, found:
     """Add the parts to a plan, and their launch files to its files.
 
     ``roots`` are the root elements by the names of the parts, ``found`` the inspected launch files
-    of the devices, ``displays`` the displays of RViz as a text to compare.
+    of the devices, ``displays`` RViz's displays as a text for comparison.
     """
     devices = {device.name: device for device in choice.devices}
     for name, root in roots.items():

@@ -56,7 +56,7 @@ from process_visualizer.ros_names import (
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
 _TRUTH = {'1': 'true', '0': 'false'}
 _NOT_PASSED_ON = '$(', ':='
-"""Signs in a path that roslaunch replaces, or that make it a remapping, even in quotes."""
+"""Characters in a path that roslaunch replaces, or that make it a remapping, even in quotes."""
 
 
 class LaunchFileBuilder:
@@ -179,7 +179,7 @@ class LaunchFileBuilder:
         for finder in object_finder_nodes(self._choice, device, self._descriptions,
                                           self._managers.get(device.name)):
             self._processor(group, finder, machine)
-        for parameter in device.parameters:  # after the generated ones: the user's values win
+        for parameter in device.parameters:  # last, so that the user's values win
             self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):
             self._node(group, node, device)
@@ -276,7 +276,7 @@ class LaunchFileBuilder:
 
     @staticmethod
     def _rate(root: LaunchTag) -> None:
-        """Reset the playback rate; the last player may have left another one."""
+        """Reset the playback rate, as the last player may have changed it."""
         root.add('param', {'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
 
     def _rviz(self, root: LaunchTag) -> None:
@@ -287,13 +287,13 @@ class LaunchFileBuilder:
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
             'pkg': PACKAGE, 'type': RVIZ, 'name': RVIZ, 'output': 'log',
-            'args': f'-d "{self._folder}/{RVIZ_FILE}" -s ""',  # no splash over other windows
+            'args': f'-d "{self._folder}/{RVIZ_FILE}" -s ""',  # no splash screen over other windows
             'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
 
 
 def _in_words(attributes: Mapping[str, str]) -> Dict[str, str]:
-    """Return attributes with true and false for 1 and 0, which roslaunch accepts in values only."""
+    """Return attributes with true for 1 and false for 0, which roslaunch accepts only in values."""
     return {name: _TRUTH.get(value, value) if name in _BOOLEAN else value
             for name, value in attributes.items()}
 

@@ -18,7 +18,7 @@ class _Dumper(yaml.SafeDumper):
     """Quotes texts such as ``deg(90)``, which rosparam would read as an angle."""
 
     def text(self, text: str) -> yaml.ScalarNode:
-        """Return a text as a node; other quotes would fold Unicode's line separators."""
+        """Return a text as a node, in quotes that do not fold Unicode's line separators."""
         style = '"' if re.search('[\x85\u2028\u2029]', text) else None
         return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 

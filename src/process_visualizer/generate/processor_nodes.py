@@ -56,8 +56,9 @@ from process_visualizer.ros_names import (
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
 PUBLISH_FREQUENCY_HZ = 100.0
-"""Upper bound for robot_state_publisher: every second state of a 125 Hz driver, more than a screen
-shows. It asks the master for tf_prefix at each state, which costs a tenth of a core at 125 Hz."""
+"""Maximum rate of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
+shows. The node asks the master for tf_prefix at each state; at 125 Hz this costs a tenth of a
+core."""
 _EACH_STATE_HZ = 1e6
 
 
@@ -65,7 +66,7 @@ _EACH_STATE_HZ = 1e6
 class ProcessorNode:
     """A node in the device's namespace; ``parameters`` are private to it.
 
-    If ``is_new``, all its other parameters are cleared, such as those that it set in another run.
+    If ``is_new``, all its other parameters are cleared, such as those set in another run.
     """
 
     package: str
@@ -102,12 +103,12 @@ def processor_nodes(device: Device, description: Optional[RobotDescription],
 
 
 def _state_publisher(device: Device) -> ProcessorNode:
-    """Return a publisher of each state of joint_proc; a lower rate could drop the last state.
+    """Return a publisher of every state of joint_proc; a lower rate could drop the last state.
 
     joint_proc already thins the states, and its last state may be stamped some microseconds after
     the previous one: without it, a robot at rest or paused would stay one message behind. States
-    that are not newer are left out: after a jump in a recording, the robot would stand between two
-    poses.
+    that are not newer are left out: after a jump in a recording, the robot would be shown between
+    two poses.
     """
     frequency_hz = _EACH_STATE_HZ if device.type is DeviceType.ROBOT else PUBLISH_FREQUENCY_HZ
     return ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
@@ -195,7 +196,7 @@ def fusion_node(device: Device, fusion: Fusion, sensors: Sequence[Device], frame
 
 def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
                manager: Optional[Manager]) -> ProcessorNode:
-    """Return the crop, in the manager of the device's nodelets if it is known."""
+    """Return the crop node, in the manager of the device's nodelets if it is known."""
     nodelet = 'RegisteredCrop' if device.has_images else 'RoiFilter'
     return ProcessorNode(
         'nodelet', 'nodelet', ROI_FILTER,
@@ -212,7 +213,7 @@ def nodelet_arguments(name: str, manager: Optional[Manager]) -> str:
 
 
 def _crop_inputs(device: Device) -> Dict[str, str]:
-    """Return images if there are any: a pass over them costs a fraction of making the cloud."""
+    """Return images if there are any: a pass over them costs a fraction of computing the cloud."""
     names = dict(zip(IMAGE_FUNCTIONS, ('~depth', '~color', '~camera_info'))) \
         if device.has_images else {TopicFunction.POINTCLOUD: '~input'}
     topics = {name: device.topic_for(function) for function, name in names.items()}
@@ -276,7 +277,7 @@ WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
 _UP_M = 0.7
 """Height of a text above a device's base, clear of its foot."""
 _APART_M = 0.14
-"""Spacing of the texts of devices that have their base at the same place."""
+"""Spacing of the texts of devices whose bases are at the same position."""
 _MEANINGS = {
     ROBOT_PROC: 'no arrows or numbers', VARIABLE_PROC: 'no arrows or numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
@@ -315,7 +316,7 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
 
 
 def _meanings(device: Device) -> Dict[str, str]:
-    """Return the consequence for a device if a node has ended, by node."""
+    """Return, by node, the consequence for a device if the node has ended."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
     fusion = {} if device.fusion is None else {FUSION: 'the points are out of date'}
@@ -324,7 +325,7 @@ def _meanings(device: Device) -> Dict[str, str]:
 
 
 def _is_drawn(device: Device) -> bool:
-    """Return whether a process draws something of a device."""
+    """Return whether any process draws something for a device."""
     return device.model is not None or bool(_topics(device_displays(device)))
 
 

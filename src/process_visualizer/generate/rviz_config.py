@@ -34,7 +34,7 @@ _GRID = 'rviz/Grid'
 
 
 class RVizConfig:
-    """A view in RViz: a default part from a file, and a group of displays for each device."""
+    """An RViz view: a default part from a file, and a group of displays for each device."""
 
     def __init__(self, default_file: str, fixed_frame: str) -> None:
         """Read the default part.
@@ -96,7 +96,7 @@ class RVizConfig:
         self._grid = grid_below(points)
 
     def displays_text(self) -> str:
-        """Return displays and fixed frame, without camera and grid, as a text to compare."""
+        """Return displays and fixed frame, without camera and grid, as a text for comparison."""
         shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
         return yaml.safe_dump(shown, sort_keys=True)
 

@@ -26,15 +26,16 @@ class Action(Enum):
 class Condition(NamedTuple):
     """Something that is wrong now.
 
-    ``source`` is the device or other thing concerned; with ``about`` it identifies the alarm while
-    the ``text`` changes. ``name`` replaces a text that describes only the present once the
-    condition has ended. Actions apply to ``part`` and ``node``. ``since_s`` is the time since the
-    epoch, if known; alarms of a recording have a ``position_s``, where they begin in it.
-    ``is_clause`` is set if the source is the subject of the text. ``end`` describes the end of the
-    condition in the event. A latched condition remains an alarm after its end, until it is
-    acknowledged. ``told_by`` names the values that show whether the condition persists; it is empty
-    if the condition is not about values. ``excess`` tells which of several occurrences was worse.
-    ``times`` is how often it has begun, so that an end that nobody saw is noticed (0: unknown).
+    ``source`` is the device or other thing concerned; together with ``about`` it identifies the
+    alarm even if the ``text`` changes. ``name`` replaces a text that is only about the present,
+    once the condition has ended. Actions apply to ``part`` and ``node``. ``since_s`` is the start
+    [s since the epoch], if known; alarms of a recording have a ``position_s``, where they begin in
+    the recording. ``is_clause`` is set if the source is the subject of the text. ``end`` describes
+    the end of the condition in the event. A latched condition remains an alarm after its end, until
+    it is acknowledged. ``told_by`` names the values that show whether the condition persists; it is
+    empty if the condition is not about values. ``excess`` ranks several occurrences by severity.
+    ``times`` is how often the condition has begun (0: unknown), so that an unobserved end is
+    noticed.
     """
 
     source: str
@@ -93,8 +94,8 @@ class Event(NamedTuple):
 class AlarmBoard(NamedTuple):
     """The present alarms, and all events in order of time.
 
-    Persisting alarms come before ended ones, those of now before those of a recording; then the
-    worst first, then the oldest.
+    Persisting alarms come before ended ones, and present ones before those of a recording; then the
+    worst is first, then the oldest.
     """
 
     alarms: Tuple[Alarm, ...] = ()
@@ -104,9 +105,10 @@ class AlarmBoard(NamedTuple):
              end: Callable[[Condition], str] = lambda it: it.end) -> AlarmBoard:
         """Return the board for all present conditions; changes become events.
 
-        An alarm that becomes worse is a change, too. Alarms of a recording never become events:
-        they come and go with the position. Of conditions that are the same alarm, the worst counts,
-        and of equally bad ones the last. ``end`` returns the words for the end of a condition.
+        An alarm that becomes worse is a change, too. Alarms of a recording never become events,
+        because they depend on the position. Of several conditions of the same alarm the worst
+        counts, and of equally bad ones the last. ``end`` returns the words for the end of a
+        condition.
         """
         before = {_key(alarm.condition): alarm for alarm in self.alarms}
         present: Dict[Tuple[object, ...], Alarm] = {}
@@ -140,7 +142,7 @@ class AlarmBoard(NamedTuple):
         return self._of(present.values())._with(event for event in events if event.text)
 
     def acknowledged(self, condition: Condition, who: str, now_s: float) -> AlarmBoard:
-        """Return the board with an alarm acknowledged; an acknowledged alarm goes when it ends."""
+        """Return the board with an alarm acknowledged; such an alarm disappears when it ends."""
         key = _key(condition)
         found = [it for it in self.alarms if _key(it.condition) == key and not it.is_acknowledged]
         if not found:
@@ -185,7 +187,7 @@ def _begun(condition: Condition) -> str:
 
 
 def _begun_again(alarm: Alarm, end: str, unseen: int) -> str:
-    """Return the event of one or more ends that nobody saw: how long it lasted is unknown."""
+    """Return the event for one or more unobserved ends: the duration is unknown."""
     again = '' if unseen == 1 else f', and {unseen - 1} more of it since'
     begun = _begun(alarm.condition)
     return begun and f'{begun}: {end}{again}'

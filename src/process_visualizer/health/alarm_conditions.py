@@ -31,8 +31,8 @@ from process_visualizer.ros_names import (
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
     """Return the conditions of a part: its dead nodes, or its failure.
 
-    A part whose nodes have all ended normally has stopped, but is still missing. ``restart`` is the
-    possible remedy.
+    A part whose nodes have all ended normally has stopped, but still counts as missing. ``restart``
+    is the remedy offered.
     """
     if report.state is PartState.STOPPING:
         return []
@@ -65,13 +65,13 @@ def own_restart(part: str) -> Action:
 
 
 def part_titles(mode: Mode) -> Dict[str, str]:
-    """Return the operator's names of the parts without a device."""
+    """Return the names of the parts without a device, as shown to the operator."""
     return {FRAMES_PART: _FRAMES, RVIZ_PART: _RVIZ,
             BAG_PART: _RECORDER if mode is Mode.REALTIME else _PLAYER}
 
 
 def _end_of_player(node: NodeReport) -> str:
-    """Return the end of the player in words, with the reason from its last message, if any."""
+    """Return a text about the end of the player, with the reason from its last log line, if any."""
     said = [line for line in node.log_tail if line.startswith(f'{BAG_PLAYER}: ')]
     reason = said[-1][len(BAG_PLAYER) + 2:] if said else ''
     if node.state is not NodeState.EXITED:
@@ -80,22 +80,22 @@ def _end_of_player(node: NodeReport) -> str:
 
 
 def _end_of_window(node: NodeReport) -> str:
-    """Return the end of a window in words; a user may have closed the window."""
+    """Return a text about the end of a window, which the user may have closed."""
     if node.state is not NodeState.EXITED:
         return node_line(node).text
     return 'was closed' if node.exit_code == 0 and not node.reason else _end_of_recorder(node)
 
 
 def _end_of_recorder(node: NodeReport) -> str:
-    """Return the end of a process that is named after its purpose."""
+    """Return a text about the end of a process that is named after its purpose."""
     return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
 _PLAYER, _RECORDER, _RVIZ = 'Player', 'Recorder', 'RViz'
 _FRAMES, MASTER = 'Frames', 'ROS master'
 _SILENT = 'is not responding'
-_STATE_KEY = 'for_s'  # of states, which are on /diagnostics as long as they last
-_TRANSIENT_S = 1.0  # warnings of a starting driver are shorter
+_STATE_KEY = 'for_s'  # key of states, which are on /diagnostics while they last
+_TRANSIENT_S = 1.0  # warnings of a starting driver last for less
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RECORDER: _end_of_recorder, _RVIZ: _end_of_window}
 
@@ -103,7 +103,7 @@ _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
 def topic_conditions(device: str, lines: Mapping[str, Line], now_s: float) -> List[Condition]:
     """Return a condition for each silent topic of a running device; its text has no duration.
 
-    ``now_s`` is the time since the epoch [s]; a silence began with the last message before it.
+    ``now_s`` is the time since the epoch [s]; a silence begins with the last message before it.
     """
     return [Condition(device, name, f'No data from {name}', Level.WARNING,
                       (Action.RESTART_DEVICE,), device, since_s=now_s - line.for_s,
@@ -129,7 +129,7 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
 
 
 def _number(text: str) -> float:
-    """Return a number that any node may have sent; 0 if it is none."""
+    """Return a number from a text that any node may have sent; 0 if it is not a number."""
     try:
         number = float(text)
     except ValueError:
@@ -145,7 +145,7 @@ def conflict_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Co
 
 def message_conditions(device: str, warnings: Iterable[NodeWarning],
                        now_s: float) -> List[Condition]:
-    """Return conditions for messages that a device's nodes have left out or doubted for some time.
+    """Return conditions for messages that a device's nodes have skipped or doubted for some time.
 
     Warnings with the same text become one condition.
 
@@ -163,7 +163,7 @@ def message_conditions(device: str, warnings: Iterable[NodeWarning],
 
 
 def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return a condition for each silent node, as reported by the nodes that ask all others."""
+    """Return a condition for each silent node, as reported by the nodes that watch all others."""
     found: Dict[str, Condition] = {}
     for it in warnings:
         node = it.values.get(SILENT_NODE_KEY)
@@ -184,13 +184,13 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condi
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
                      told: Iterable[Condition] = ()) -> List[Condition]:
-    """Return conditions for nodes that do not answer this program, and for the master.
+    """Return conditions for nodes, and the master, that do not answer this program.
 
     Args:
         mode: the mode of the running cell.
         look: result of asking nodes and master.
         parts: the part of the cell to which a node belongs, by the node's name.
-        told: conditions already reported by nodes; their nodes are not reported again.
+        told: conditions that nodes have already reported; these nodes are not reported again.
     """
     said, titles = {it.node for it in told}, part_titles(mode)
     found: List[Condition] = []
@@ -221,7 +221,7 @@ def lost_master(is_other: bool) -> Condition:
 
 
 def part_of_node(name: str, choice: Choice) -> str:
-    """Return the part of the cell to which a launched node belongs: a device, or our own part."""
+    """Return the part of the cell to which a launched node belongs: a device, or one of our own."""
     own = {f'/{BAG_RECORDER}': BAG_PART, f'/{BAG_PLAYER}': BAG_PART, f'/{RVIZ}': RVIZ_PART}
     space = name.split('/')[1]
     is_device = any(device.name == space for device in choice.devices)
@@ -253,7 +253,7 @@ def object_conditions(device: str, near: Iterable[NearObject],
 
 
 def blind_condition(device: str, since_s: float) -> Condition:
-    """Return the condition of a sensor that cannot see, which must differ from a clear cell."""
+    """Return the condition of a sensor without data, which must not look like a clear cell."""
     return Condition(device, 'objects', 'no objects can be found: none of its clouds is evaluated',
                      Level.WARNING, since_s=since_s)
 
@@ -273,7 +273,7 @@ NO_DATA, QUIT = 'no data', 'the nodes were quit'
 
 
 def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
-    """Return the words for a condition that has ended while the cell runs.
+    """Return a text for the end of a condition while the cell runs.
 
     ``lost`` are values that no longer arrive: whether their conditions persist is unknown.
     """
@@ -291,6 +291,6 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],
                         position_s: float) -> List[Condition]:
-    """Return those alarms (device, text, start and end [s]) that are present at a position [s]."""
+    """Return conditions for the alarms (device, text, start, end [s]) present at a position [s]."""
     return [Condition(device, text, text, Level.BAD, (Action.GO_THERE,), position_s=begin_s)
             for device, text, begin_s, end_s in alarms if begin_s <= position_s <= end_s]

@@ -19,7 +19,7 @@ from process_visualizer.launching.part_report import (
 
 
 class Level(IntEnum):
-    """Severity of a state; a higher one needs more attention."""
+    """Severity of a state; a higher value needs more attention."""
 
     OFF = 0
     GOOD = 1
@@ -29,7 +29,7 @@ class Level(IntEnum):
 
 
 class Line(NamedTuple):
-    """A state in words; ``short`` replaces a long ``text`` where there is little room.
+    """A state as text; ``short`` replaces a long ``text`` where space is limited.
 
     ``for_s`` is how long data has been missing [s].
     """
@@ -111,7 +111,7 @@ def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
 
 
 def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
-    """Return the state of a topic whose messages are counted."""
+    """Return the state of a topic from its message counts."""
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_silent:
@@ -127,7 +127,7 @@ NOT_RECORDED = Line(Level.WAITING, 'not in the recording')
 def recorded_line(topic: CatalogTopic, is_played: bool) -> Line:
     """Return the state of a recorded topic, independently of the playback rate."""
     if not is_played:
-        return Line(Level.OFF, 'not played')  # not wanted, or the player reports the reason
+        return Line(Level.OFF, 'not played')  # not chosen, or the player reports the reason
     return Line(Level.GOOD, recorded_rate_text(topic))
 
 
@@ -174,7 +174,7 @@ def _summary(report: PartReport, topics: Mapping[str, Line],
 
 
 def _silent(part: str, silent: Sequence[str], warnings: Tuple[NodeWarning, ...]) -> Line:
-    """Return silent nodes before the warnings of other nodes, which are mostly a consequence."""
+    """Return silent nodes, then the warnings of other nodes, which are mostly a consequence."""
     text = about_node(part, silent[0], 'not responding', 'is ') + _more(len(silent) - 1)
     if not warnings:
         return Line(Level.BAD, text)

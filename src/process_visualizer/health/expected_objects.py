@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Boxes around the objects that a sensor sees now: their content is expected from then on."""
+"""Boxes around the objects that a sensor sees now; their contents are expected from then on."""
 from __future__ import annotations
 
 import math
@@ -9,50 +9,50 @@ from process_visualizer.cell.model import RegionOfInterest, SoughtObjects
 from process_visualizer.health.near_objects import SeenObject
 
 LOOK_S = 3.0
-"""Time for which a sensor is watched; the box covers all of an object seen in that time [s]."""
+"""Time [s] for which a sensor is observed; a box covers all that is seen of an object in it."""
 MARGIN_M = 0.03
 """Margin of the box around the object, on each side.
 
-Nine edges of ten are right within 1 cm + 1 % of the distance, 3 cm at 2 m; and what is put back
-does not lie exactly where it was.
+Nine edges out of ten are accurate to 1 cm + 1 % of the distance (3 cm at 2 m), and objects are not
+put back at exactly the same position.
 """
-_STILL_M_S, _STILL_M = 0.05, 0.05  # the noise of velocities and centers of things at rest
-_PERSON_M, _PERSON_WIDTH_M = (1.3, 2.1), 1.0  # height; with arms held out a little
+_STILL_M_S, _STILL_M = 0.05, 0.05  # noise of velocities and centers of objects at rest
+_PERSON_M, _PERSON_WIDTH_M = (1.3, 2.1), 1.0  # height; width with arms slightly spread
 _MAX_WIDTH_M = 1.5  # more than a pallet
 _WIDE = 'needs a box that is so wide that it would hide other things; write boxes into the file, ' \
         'each in a frame along which it is narrow'
-_MAX_COORDINATE_M = 1000.0  # what is farther away, or no number, is no place in a cell
+_MAX_COORDINATE_M = 1000.0  # coordinates beyond this, or NaN, are outside any cell
 _MILLIMETERS = 1000.0
 _SAME_M = 1e-9
 
 Looks = Sequence[Sequence[SeenObject]]
-"""All objects of a sensor, in one message after the other."""
+"""All objects of a sensor, in successive messages."""
 
 
 class Expectation(NamedTuple):
-    """Objects that can be expected, each with its box; the others, each with the reason."""
+    """Objects that can be expected, each with its box, and the others, each with the reason."""
 
     added: Tuple[Tuple[SeenObject, RegionOfInterest], ...]
     left_out: Tuple[Tuple[SeenObject, str], ...]
 
     @property
     def boxes(self) -> Tuple[RegionOfInterest, ...]:
-        """The boxes alone."""
+        """The boxes without the objects."""
         return tuple(box for _seen, box in self.added)
 
     def added_lines(self) -> List[str]:
-        """Return what would be expected: size and distance of each object."""
+        """Return a line for each object that would be expected: size and distance."""
         return [f'object {seen.number}: {seen.size_text()}{_distance(seen)}'
                 for seen, _box in self.added]
 
     def left_out_lines(self) -> List[str]:
-        """Return what would not be expected, and why."""
+        """Return a line for each object that would not be expected, with the reason."""
         return [f'object {seen.number} {reason}: {seen.size_text()}{_distance(seen)}'
                 for seen, reason in self.left_out]
 
 
 def expectation(looks: Looks, sought: SoughtObjects, frame: str) -> Expectation:
-    """Return what of the objects in the last look can be expected; ``frame`` is the global frame.
+    """Return which objects of the last message can be expected; ``frame`` is the global frame.
 
     The boxes are aligned with that frame, and their sides lie at whole millimeters.
     """
@@ -94,7 +94,7 @@ def _distance(seen: SeenObject) -> str:
 
 
 class _Extent(NamedTuple):
-    """The least and the greatest coordinates of what was seen of an object, m."""
+    """The minimum and maximum coordinates [m] of what was seen of an object."""
 
     least: Tuple[float, ...]
     greatest: Tuple[float, ...]
@@ -124,7 +124,7 @@ class _Extent(NamedTuple):
 
 
 def _corners(seen: SeenObject) -> _Extent:
-    """The extent of a box that is turned by a yaw."""
+    """Return the extent of a box that is rotated by a yaw."""
     cos, sin = abs(math.cos(seen.yaw_rad)), abs(math.sin(seen.yaw_rad))
     length, width, height = seen.size_m
     spans = cos * length + sin * width, sin * length + cos * width, height

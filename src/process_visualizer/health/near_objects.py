@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unmodeled objects that are too near to a robot, as reported by a sensor."""
+"""Unmodeled objects too near to a robot, as reported by a sensor."""
 from __future__ import annotations
 
 import math
@@ -9,13 +9,13 @@ from process_visualizer.health.device_state import Level
 from process_visualizer.msg import DetectedObject, DetectedObjects
 
 HOLD_S = 0.5
-"""Hold time before *near* is cleared, so that an object hidden at times does not flicker."""
+"""Hold time before *near* is cleared, so that a temporarily occluded object does not flicker."""
 MARGIN_M = 0.03
-"""Distance beyond the limit at which *near* is cleared, so that noise changes nothing."""
+"""Distance beyond the limit at which *near* is cleared, so that noise has no effect."""
 SILENT_S = 3.0
-"""Maximum age of a running sensor's last message; after that its objects are unknown."""
+"""Maximum age of a running sensor's last message; beyond it the objects are unknown."""
 START_S = 15.0
-"""Time allowed until the first message, while the sensor starts and the cell's models load."""
+"""Time limit for the first message, while the sensor starts and the cell's models load."""
 _ALARMS = Level.WARNING, Level.BAD
 _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
            DetectedObject.STOP: Level.BAD}
@@ -40,7 +40,7 @@ class SeenObject(NamedTuple):
     is_confirmed: bool = True
 
     def place(self) -> str:
-        """Return where it is, and its size: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
+        """Return its distance and its size: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
         return f'{self.distance_text()}: {self.size_text()}'
 
     def distance_text(self) -> str:
@@ -66,7 +66,7 @@ def seen_objects(message: DetectedObjects) -> Tuple[SeenObject, ...]:
 
 
 class NearObject(NamedTuple):
-    """An object as last seen, its level after hold time and margin, and when it came near [s]."""
+    """An object as last seen, its level after hold time and margin, and the start of *near* [s]."""
 
     seen: SeenObject
     level: Level
@@ -85,15 +85,15 @@ class _Followed(NamedTuple):
 
 
 class ObjectWatch:
-    """Judges the objects of one sensor as messages arrive; times [s] must not decrease."""
+    """Judges the objects of one sensor as its messages arrive; times [s] must not decrease."""
 
     def __init__(self, warn_m: float, stop_m: float) -> None:
-        """Take the distances [m] below which an object is near, and too near."""
+        """Initialize with the distances [m] below which an object is near, and too near."""
         self._limits_m = {Level.WARNING: warn_m, Level.BAD: stop_m}
         self._followed: Dict[int, _Followed] = {}
 
     def take(self, objects: Iterable[SeenObject], now_s: float) -> None:
-        """Take all objects seen now."""
+        """Update with all objects seen now."""
         before = {number: it._replace(latest=Level.GOOD) for number, it in self._followed.items()
                   if it.level(now_s) in _ALARMS}
         self._followed = before
@@ -107,7 +107,7 @@ class ObjectWatch:
         return tuple(sorted(near, key=lambda it: (-it.level, it.seen.distance_m)))
 
     def ends_s(self, now_s: float) -> Optional[float]:
-        """Return when an alarm next ends or weakens if nothing else is seen; None if none does."""
+        """Return when the next alarm ends or weakens if nothing else is seen; None if none will."""
         ends = [at_s + HOLD_S for it in self._followed.values()
                 for level, at_s in it.reached_s.items() if level > it.latest]
         return min((it for it in ends if it > now_s), default=None)
@@ -122,7 +122,7 @@ class ObjectWatch:
             now_s if before is None else before.since_s)
 
     def _judged(self, seen: SeenObject, held: Level) -> Level:
-        """Return the level of an object, which is held until the object is clearly farther away."""
+        """Return the level of an object; it holds until the object is clearly farther away."""
         kept = [level for level, limit_m in self._limits_m.items()
                 if level <= held and seen.distance_m < limit_m + MARGIN_M]
         return max([seen.level, *kept])
@@ -180,7 +180,7 @@ class ObjectSpans:
 
     def take(self, device: str, seen: Iterable[SeenObject], near: Iterable[NearObject],
              moment: NearMoment) -> None:
-        """Take the objects that a sensor sees at a moment, and those judged as near."""
+        """Add the objects that a sensor sees at a moment, and those judged as near."""
         before = self._last
         self._last = {key: it for key, it in before.items() if key[0] != device}
         present = tuple(seen)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""History of nodes: those that never come up, and those that end repeatedly.
+"""History of nodes: which ones never come up, and which ones end repeatedly.
 
-The present states do not show them: a node that roslaunch restarts is down only for an instant;
-one that hangs before it registers with the master, or is not a ROS node, stays in state STARTING.
+The present states do not show this: a node that roslaunch restarts is down only for an instant; a
+node that hangs before it registers with the master, or is not a ROS node, stays in state STARTING.
 """
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from process_visualizer.launching.part_report import (
 )
 
 STARTS_WITHIN_S = 30.0
-"""Time for a node to start: usually a few seconds, several times that on a busy computer."""
+"""Time limit for a node's start: usually a few seconds, several times that on a busy computer."""
 STEADY_AFTER_S = 20.0
-"""Time after which a restarted node counts as steady."""
+"""Time after which a restarted node counts as stable."""
 _NEVER_UP = (f'is still starting after {STARTS_WITHIN_S:.0f} s: it may be hanging, or not be a ROS '
              'node')
 _UP = NodeState.STARTING, NodeState.RUNNING
@@ -46,7 +46,7 @@ class NodeHistory:
         self._begun_s: Dict[str, float] = {}
 
     def take(self, reports: Iterable[PartReport], now_s: float) -> None:
-        """Take the present reports of all parts; call this at each change."""
+        """Update with the present reports of all parts; call this at each change."""
         present = [report for report in reports
                    if report.state not in (PartState.STOPPED, PartState.STOPPING)]
         self._begun_s = {it.part: self._begun_s.get(it.part, now_s) for it in present}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Detection of nodes that hang or have ended: all are asked for their process ids.
+"""Detection of nodes that hang or have ended, by asking all nodes for their process ids.
 
 A hanging node is detected within half a second, or later on a busy computer and while it starts.
 """
@@ -19,11 +19,11 @@ from process_visualizer.ros_names import SCENE_WATCH
 
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
-"""Maximum time of an answer on an idle computer. On a busy one all are late: see `AnswerLimit`."""
+"""Time limit for an answer on an idle computer; on a busy one, all are late: see `AnswerLimit`."""
 _FIRST_ANSWER_WITHIN_S = 5.0
-"""Time to start for a node that is expected, but has not answered yet."""
+"""Time for the start of a node that is expected but has not answered yet."""
 _YOUNG_S = 5.0
-"""Time after a node's first answer in which it may be late, as it and others are starting."""
+"""Time after a node's first answer in which it may be late, because it and others are starting."""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
@@ -38,10 +38,10 @@ class LookupUnanswered(Exception):
 
 
 class MasterLookup:
-    """Asks the master for URIs of nodes, but not while it is silent; the owner resets that."""
+    """Asks the master for URIs of nodes, unless it ``is_silent``, which the owner resets."""
 
     def __init__(self, master: Master) -> None:
-        """Take the master to ask."""
+        """Initialize with the master to ask."""
         self._master, self.is_silent = master, False
 
     def __call__(self, node: str) -> Optional[str]:
@@ -72,22 +72,22 @@ def connecting(uri: str) -> socket.socket:
 
 
 class AnswerLimit:
-    """Maximum time of an answer [s], which is longer while other nodes answer slowly, too.
+    """Time limit for an answer [s], which is longer while other nodes answer slowly, too.
 
-    The slowest node alone does not count: it may have hung for a while and then answered.
+    The single slowest node does not count: it may have hung for a while and then answered.
     """
 
     MAX_S = 2.0
     _FACTOR, _REMEMBERED_S = 3.0, 10.0
 
     def __init__(self) -> None:
-        """Begin without knowledge of this computer."""
+        """Start without knowing the speed of this computer."""
         self._slowest_s: Dict[str, float] = {}
         self._slowest_before_s: Dict[str, float] = {}
         self._since_s = -math.inf
 
     def learn(self, node: str, answer_s: float, now_s: float) -> None:
-        """Take the duration of a node's answer."""
+        """Learn from the duration of a node's answer."""
         if now_s - self._since_s > self._REMEMBERED_S:
             self._slowest_before_s, self._slowest_s = self._slowest_s, {}
             self._since_s = now_s
@@ -95,7 +95,7 @@ class AnswerLimit:
 
     @property
     def answer_within_s(self) -> float:
-        """Return the maximum time of an answer [s]."""
+        """Return the time limit for an answer [s]."""
         second_s = max(map(_second, (self._slowest_s, self._slowest_before_s)))
         return min(max(ANSWER_WITHIN_S, self._FACTOR * second_s), self.MAX_S)
 
@@ -111,7 +111,7 @@ class NodePulse:
         """``name`` is the node's name; see `Pulses` for ``connect``."""
         self.name, self._connect = name, connect
         self.problem = ''  # ENDED, SILENT or nothing
-        self.is_expected = False  # was up already, or is known to the master
+        self.is_expected = False  # has been up already, or is known to the master
         self._seen = self._is_sent = False
         self._late_from_s: Optional[float] = None  # when silence becomes a problem
         self._uri: Optional[str] = None
@@ -128,7 +128,7 @@ class NodePulse:
         return self._seen
 
     def postpone(self, late_s: float) -> None:
-        """Exclude a time in which this program could not listen from the node's silence."""
+        """Exclude from the node's silence a time in which this program could not listen."""
         self._deadline_s += late_s
         if self._late_from_s is not None:
             self._late_from_s += late_s
@@ -205,7 +205,7 @@ class NodePulse:
         selector.register(self._connection, selectors.EVENT_WRITE, self)
 
     def _take_refusal(self, error: OSError) -> None:
-        """Note that a node known to the master was up if its computer refuses the connection."""
+        """Note that a node was up: the master knows it, but its computer refuses the connection."""
         self.is_expected = self.is_expected or isinstance(error, ConnectionError)
 
     def _send(self, selector: selectors.BaseSelector) -> None:
@@ -252,7 +252,7 @@ class Pulses:
         self.nodes: Dict[str, NodePulse] = {}
 
     def watch(self, names: Iterable[str], are_expected: bool = False) -> None:
-        """Watch further nodes; ``are_expected`` reports them soon if they do not start."""
+        """Watch further nodes; if ``are_expected``, they are soon reported if they do not start."""
         for name in names:
             node = self.nodes.setdefault(name, NodePulse(name, self._connect))
             node.is_expected = node.is_expected or are_expected
@@ -264,7 +264,7 @@ class Pulses:
             now_s: the present time of a clock that does not jump.
             longest_s: the maximum time to wait.
         """
-        self._receive(0.0)  # answers that have arrived in the meantime
+        self._receive(0.0)  # answers that arrived in the meantime
         late_s = 0.0 if self._listened_s is None else now_s - self._listened_s
         self._listened_s = now_s
         for node in self.nodes.values():

@@ -11,19 +11,19 @@ from enum import IntEnum
 from typing import Collection, Deque, Dict, FrozenSet, Mapping, Set, Tuple
 
 LOG_S = 20.0
-"""Time for which a log line counts unless it is repeated: most lines are throttled."""
+"""Time for which a log line is valid unless it is repeated: most lines are throttled."""
 STATE_S = 5.0
-"""Time for which a state on /diagnostics counts; states are repeated at least every second."""
+"""Time for which a state on /diagnostics is valid; states are repeated at least every second."""
 _MAX_TEXTS = 20
 _HARMLESS = 'terminated before handshake header received. 0 bytes'
 """Log line of rospy when a subscriber leaves while connecting: a program that starts or ends."""
 OUT_OF_ORDER = 'arrived out of order (will print only once)'
-"""Log line of message_filters, once in a node's life, when stamps go back. A driver must not send
-so, but a recording that is played backward, or from an earlier moment, does."""
+"""Log line of message_filters, once in the life of a node, when stamps go back. A driver must not
+send such stamps, but a recording does when it is played backward or from an earlier moment."""
 OVER = ': over after '
-"""Part of the log line, of level INFO, by which a node says that a problem is over."""
+"""Part of the log line (level INFO) in which a node reports that a problem is over."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
-_About = Tuple[str, str, str]  # node, 'log' or 'state', and what
+_About = Tuple[str, str, str]  # node, 'log' or 'state', and the subject
 
 
 class Severity(IntEnum):
@@ -62,7 +62,7 @@ class NodeWarnings:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._found: Dict[_About, NodeWarning] = {}
-        self._stated: Dict[str, Deque[str]] = {}  # by node, texts that are also in its log
+        self._stated: Dict[str, Deque[str]] = {}  # by node: texts that are also in its log
         self._lapsed: Dict[_About, NodeWarning] = {}
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
@@ -123,7 +123,7 @@ class NodeWarnings:
             self._found, self._stated, self._lapsed = {}, {}, {}
 
     def _remember(self, node: str, text: str) -> None:
-        """Remember a state's text and drop it from the log: a node also logs its states."""
+        """Remember a state's text and drop it from the log, because a node also logs its states."""
         stated = self._stated.setdefault(node, deque(maxlen=_MAX_TEXTS))
         if text not in stated:
             stated.append(text)

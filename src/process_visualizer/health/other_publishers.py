@@ -71,7 +71,7 @@ def described(others: Iterable[OtherPublisher]) -> List[str]:
 
 
 class PublisherWatch:
-    """Looks for other publishers periodically, in a thread, from ``begin`` to ``close``."""
+    """Checks for other publishers periodically, in a thread, from ``begin`` to ``close``."""
 
     def __init__(self, look: Callable[[], Others], on_change: Callable[[Others], None]) -> None:
         """``on_change`` is called with all present publishers whenever they have changed."""
@@ -81,7 +81,7 @@ class PublisherWatch:
         self._thread = threading.Thread(target=self._run, name='watch publishers', daemon=True)
 
     def look(self) -> None:
-        """Look once, in the calling thread, before ``begin``.
+        """Check once, in the calling thread, before ``begin``.
 
         Raises:
             rosgraph.MasterException, OSError: the master does not answer.
@@ -89,19 +89,19 @@ class PublisherWatch:
         self._take(self._look())
 
     def begin(self) -> None:
-        """Start looking."""
+        """Start the periodic checks."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop looking; a look in progress may still finish."""
+        """Stop the checks; one in progress may still finish."""
         self._closed.set()
 
     def look_again(self) -> None:
-        """Look once, as the thread does."""
+        """Check once, as the thread does."""
         try:
             self._take(self._look())
         except (rosgraph.MasterException, OSError):
-            return  # without a master no new publisher can appear; the master may come back
+            return  # without a master no new publisher can appear; the master may return
 
     def _run(self) -> None:
         while not self._closed.wait(LOOK_PERIOD_S):
@@ -171,8 +171,8 @@ def others_before(choice: Choice) -> Others:
 def others_beside(choice: Choice, own: Collection[str]) -> Others:
     """Return the nodes, except the choice's ``own``, whose topics mix with a running choice.
 
-    In playback mode the player itself watches its topics, except those that several nodes share:
-    the player does not know which of these nodes belong to the cell.
+    In playback mode the player itself watches its topics, except those that several nodes share: it
+    does not know which of these nodes belong to the cell.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.

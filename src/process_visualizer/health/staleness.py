@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time for which a value holds before it is stale, judged by how its topic is usually sent.
+"""Time for which a value holds before it is stale, judged by the usual intervals of its topic.
 
 A driver that sends at a rate has stopped when it is silent for longer than usual. A driver that
-sends when a value changes may be silent for any time.
+sends only when a value changes may be silent for any time.
 """
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from typing import Deque, Optional, Sequence, Tuple
 import numpy as np
 
 STALE_AFTER_S = 0.7
-"""Age from which a value that is sent at a rate is stale, unless a parameter says otherwise [s]:
-stale data is then visible as such within a second, with all other delays."""
+"""Age [s] from which a value that is sent at a rate is stale, unless a parameter sets another one.
+Including all other delays, stale data is then marked as such within a second."""
 _MIN_INTERVALS = 3
 _MAINLY = 0.8  # of the time
 _EVEN, _SLACK = 1.5, 3.0  # ratios: longest to a short interval; silence to longest interval
@@ -26,7 +26,7 @@ def value_holds_for_s(intervals_s: Sequence[float], quick_s: float) -> float:
 
     Args:
         intervals_s: times between the messages of the topic.
-        quick_s: a value that usually arrives within this time holds for no longer than that.
+        quick_s: a value that usually arrives within this time holds only for this time.
     """
     known_s = sorted(intervals_s)
     if len(known_s) < _MIN_INTERVALS:
@@ -43,14 +43,14 @@ _KEPT_SILENCES = 100
 
 
 class CommonSilences:
-    """Silences common to all topics of a running cell, which say nothing about any single one.
+    """Silences common to all topics of a running cell, which are no evidence about a single topic.
 
-    The recorder or the computer stood still then. In a cell that is silent for much of the time, it
-    is the habit of all topics to be silent.
+    In such a silence, the recorder or the computer had stopped. If a cell is silent for much of the
+    time, silence is the habit of all its topics.
     """
 
     def __init__(self, quick_s: float) -> None:
-        """Take the duration of the shortest silence [s]."""
+        """Initialize with the duration of the shortest silence [s]."""
         self._quick_s = quick_s
         self._first_s: Optional[float] = None
         self._last_s = self._silent_s = 0.0
@@ -58,7 +58,7 @@ class CommonSilences:
         self._forgotten = 0
 
     def add(self, times_s: np.ndarray) -> None:
-        """Add the arrivals (n,) of messages of any topic [s], in any order, none twice."""
+        """Add the arrival times (n,) [s] of messages of any topic, in any order, none twice."""
         times_s = np.sort(times_s)
         if not len(times_s):
             return
@@ -82,7 +82,7 @@ class CommonSilences:
 class SendingHabit:
     """Learner of the habit of a topic from its messages as they arrive."""
 
-    _WINDOW = 500  # intervals; of a fast topic, a moment when it was held up is soon forgotten
+    _WINDOW = 500  # intervals; a single delay of a fast topic is soon forgotten
 
     def __init__(self) -> None:
         """Begin without messages."""
@@ -92,8 +92,8 @@ class SendingHabit:
     def add(self, time_s: float, segment: int = 0) -> None:
         """Add the time [s] of a message, and the segment of playback without a jump that it is in.
 
-        Messages that are sent again after a jump, or while the clock stands still, say nothing
-        about the habit of the topic.
+        Messages that are sent again after a jump, or while the clock is stopped, are no evidence of
+        the habit of the topic.
         """
         if self._last is not None and self._last[1] == segment and time_s != self._last[0]:
             self._intervals_s.append(abs(time_s - self._last[0]))  # playback may run backwards

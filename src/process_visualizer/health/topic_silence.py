@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Detection of topics that are silent for longer than usual, from the counts of the recorder.
+"""Detection of topics that are silent for longer than usual, from the recorder's counts.
 
-The window shows such a topic after five usual intervals. The recorder itself reports one as a
+The window shows such a topic after five usual intervals. The recorder itself reports it as a
 problem of the recording only after ten (src/recorder/topic_statistics.cpp).
 """
 from __future__ import annotations
@@ -38,7 +38,7 @@ class TopicWatch:
         """Return the activity for the present counts.
 
         ``messages`` is the number so far, and ``largest_gap_s`` the longest time between two of
-        them (0: unknown); they say what was usual before the first update. The last message of a
+        them (0: unknown); they show what was usual before the first update. The last message of a
         latched topic may hold for any time.
         """
         if silence_s is None:
@@ -70,11 +70,11 @@ class _Usual:
 
     @property
     def longest_silence_s(self) -> float:
-        """The longest usual silence; infinite while too little is known (as of latched topics)."""
+        """The longest usual silence; infinite while too little is known (as for latched topics)."""
         if self._messages < _MIN_MESSAGES:
             return float('inf')
         if self._rate_hz is not None:
             return max(_MIN_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
-        if 0.0 < self._largest_gap_s <= _MAX_PAUSE_S:  # it was silent before anybody looked
+        if 0.0 < self._largest_gap_s <= _MAX_PAUSE_S:  # silence before the first update
             return max(_MIN_SILENCE_S, _INTERVALS * self._largest_gap_s)
         return float('inf')

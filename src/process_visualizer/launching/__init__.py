@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Running roslaunch as a child: its nodes are followed, and nothing is left behind (no Qt)."""
+"""roslaunch as a child process: its nodes are followed, and no process is left behind (no Qt)."""

@@ -26,7 +26,7 @@ from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 
 class CellOwner(NamedTuple):
-    """A launcher; ``folder`` has the generated files of its cell.
+    """A launcher; ``folder`` contains the generated files of its cell.
 
     ``user``, ``since_s`` (since the epoch) and ``folder`` are set only if it runs on this computer.
     """
@@ -50,7 +50,7 @@ class CellOwner(NamedTuple):
 
 
 def cell_owner(node: str) -> Optional[CellOwner]:
-    """Return the owner if another process answers as the node of this name, else None.
+    """Return the owner if another process answers as the node with this name, else None.
 
     The master still knows a node that has ended without unregistering. Takes at most 6 s.
     """
@@ -69,7 +69,7 @@ def cell_owner(node: str) -> Optional[CellOwner]:
 
 
 def _user(pid: int) -> str:
-    """Return the name of a process's user, or the user's number if there is no name."""
+    """Return the name of a process's user, or the user id if there is no name."""
     try:
         number = os.stat(f'/proc/{pid}').st_uid
     except OSError:
@@ -90,7 +90,7 @@ def _since_s(pid: int) -> Optional[float]:
     return float(booted[0]) + int(ticks) / os.sysconf('SC_CLK_TCK')
 
 
-# Detection of another cell: ROS ends a node when another one with the same name starts.
+# Detection of another cell: ROS ends a node when another node with the same name starts.
 
 CELL_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
 """Nodes that run in every cell, and only in a cell."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A check whether the launched nodes and their master answer.
+"""A watch that checks whether the launched nodes and their master answer.
 
-For the scene, the node ``scene_watch`` does the same, and ``cell_frames`` checks ``scene_watch``.
-This watch is neither a node nor a child of roslaunch, so it survives whatever stops all of those.
+The node ``scene_watch`` does the same for the scene, and ``cell_frames`` checks ``scene_watch``.
+This watch is neither a node nor a child of roslaunch, so it survives whatever stops all of these.
 """
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from process_visualizer.launching.ros_api import CALLER_ID, AskedMaster, Master
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
 _REFUSES_S = 3.0
-"""Time of refusals after which a node's process still runs: roslaunch reports an end sooner."""
+"""Time of refusals that shows that a node's process still runs: roslaunch reports an end sooner."""
 _MAX_FAILURES = 2
-"""Number of consecutive unanswered questions that is a problem; a busy master may miss one."""
+"""Number of consecutive unanswered questions that makes a problem; a busy master may miss one."""
 MASTER_SILENT = ('is not responding; recordings go on, but robots in the picture may stand still. '
                  'If it does not come back, stop the cell and start it again')
 MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the cell and start '
@@ -42,7 +42,7 @@ class CellLook(NamedTuple):
 
 
 class CellWatch:
-    """Asks in a thread of its own, from ``begin`` to ``close``; reports changes."""
+    """Asks nodes and master in its own thread, from ``begin`` to ``close``; reports changes."""
 
     def __init__(self, running: Callable[[], Collection[str]],
                  on_change: Callable[[CellLook], None], master: Optional[Master] = None,
@@ -75,11 +75,11 @@ class CellWatch:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop asking and reporting; a question under way may still be answered."""
+        """Stop asking and reporting; a pending question may still be answered."""
         self._closed.set()
 
     def step(self, now_s: float, longest_s: float) -> None:
-        """Ask those that are due, wait for answers for a limited time, and report changes.
+        """Ask the nodes that are due, wait for answers for a limited time, and report changes.
 
         Args:
             now_s: the present time of a clock that does not jump.
@@ -101,7 +101,7 @@ class CellWatch:
                             self._master_problem()))
 
     def _refusing(self, running: Collection[str], now_s: float) -> Set[str]:
-        """Return the nodes whose process runs, but no longer accepts questions."""
+        """Return the nodes whose process runs but no longer accepts questions."""
         self._refused_from_s = {
             name: self._refused_from_s.get(name, now_s) for name in running
             if self._pulses.nodes[name].problem == ENDED and not self._is_other}
@@ -121,7 +121,7 @@ class CellWatch:
         try:
             process_id = self._master.getPid()
         except (rosgraph.MasterException, OSError):
-            self._lookup.is_silent = True  # until the next question to the master
+            self._lookup.is_silent = True  # until the master is asked again
             self._failures += 1
             return
         self._lookup.is_silent, self._failures = False, 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A cell in parts, each of which can be restarted while the others continue."""
+"""A cell in parts, each of which can be restarted while the others keep running."""
 from __future__ import annotations
 
 import threading
@@ -19,7 +19,7 @@ OnChange = Callable[[PartReport], None]
 
 
 class LaunchedPart:
-    """Starts and stops a part; ``on_change`` is called by several threads, one at a time."""
+    """Starts and stops a part; ``on_change`` is called from several threads, one at a time."""
 
     def __init__(self, name: str, on_change: OnChange, start: Start,
                  master_uri: Optional[str] = None) -> None:
@@ -33,11 +33,11 @@ class LaunchedPart:
 
     @property
     def part(self) -> Optional[Part]:
-        """The part that is running, or was started last."""
+        """The part that is running, or that was started last."""
         return self._part
 
     def adopt(self, part: Part) -> None:
-        """Replace the running part by one that launches the same, without a restart."""
+        """Replace the running part, without a restart, by one that launches the same."""
         self._part = part
 
     @property
@@ -91,15 +91,15 @@ class LaunchedPart:
 
 
 def _nodes_of_type(nodes: Mapping[str, str], package_and_type: str) -> 'list[str]':
-    """Return the nodes with a type: roslaunch names a node that cannot start by package/type."""
+    """Return the nodes of a type: roslaunch reports a node that cannot start as package/type."""
     return [name for name, type_name in nodes.items() if type_name == package_and_type]
 
 
 class LaunchedCell:
     """Runs a roslaunch for each part of a plan; needs a running ROS master.
 
-    The methods block; call them in one thread. ``on_change`` is called in other threads, but for
-    each part by one at a time; it must not wait for a method of this object.
+    The methods block; call them from one thread. ``on_change`` is called from other threads, but
+    for each part from one at a time; it must not wait for a method of this object.
     """
 
     def __init__(self, folder: str, on_change: OnChange,
@@ -116,7 +116,7 @@ class LaunchedCell:
         self._parts: Dict[str, LaunchedPart] = {}
 
     def prepare(self) -> List[int]:
-        """Load roslaunch ahead, for a faster start; end the processes left by crashed runs.
+        """Load roslaunch in advance, for a faster start; end the processes left by crashed runs.
 
         Returns the ids of the ended processes.
         """
@@ -140,9 +140,9 @@ class LaunchedCell:
         return [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
 
     def change(self, plan: Plan, keep: Collection[str] = ()) -> List[str]:
-        """Stop removed parts, restart changed ones, start new ones; the others continue.
+        """Stop removed parts, restart changed ones, start new ones; the others keep running.
 
-        Parts in ``keep`` continue unchanged. Returns the names of the started parts.
+        Parts in ``keep`` keep running unchanged. Returns the names of the started parts.
 
         Raises:
             PlanError: the files cannot be written; nothing has changed then.
@@ -159,7 +159,7 @@ class LaunchedCell:
         return started
 
     def adopt(self, plan: Plan) -> None:
-        """Replace the running parts by those of a plan that launches the same, without a restart.
+        """Replace the running parts, without a restart, by those of a plan that launches the same.
 
         Raises:
             PlanError: the files cannot be written; nothing has changed then.
@@ -194,7 +194,7 @@ class LaunchedCell:
 
     @contextmanager
     def _loaded(self, parts: Iterable[Part]) -> Iterator[None]:
-        """Load the launch files of parts while others are still being stopped."""
+        """Load the launch files of parts while other parts are still being stopped."""
         try:
             for part in parts:
                 if part.launch_file is not None:

@@ -9,7 +9,7 @@ from typing import Dict, FrozenSet, Iterable, Mapping, Optional, Tuple
 
 
 def exit_words(code: Optional[int]) -> str:
-    """Return the end of a process in words; an exit code below 0 is the number of a signal."""
+    """Return a text about the end of a process; a negative exit code is the number of a signal."""
     if code is not None and code < 0:
         return f'killed by {_signal_words(-code)}'
     return f'ended with code {"unknown" if code is None else code}'
@@ -73,7 +73,7 @@ class NodeReport:
 
     @property
     def end_words(self) -> str:
-        """Return the end of the process in words, with the reason if it is known."""
+        """Return a text about the end of the process, with the reason if it is known."""
         return ': '.join(filter(None, [exit_words(self.exit_code), self.reason]))
 
     def failed(self, reason: str) -> 'NodeReport':
@@ -199,7 +199,7 @@ def _ended_well(node: NodeReport) -> bool:
 
 def _reason(part: PartReport, exit_code: int, log_tail: Tuple[str, ...],
             required: Optional[NodeReport]) -> str:
-    """Return the first explanation of the end."""
+    """Return the first known reason of the end."""
     if required is not None:
         return f'the required node {required}'
     if part.dead_nodes:

@@ -15,14 +15,14 @@ from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
-_NICENESS = 10  # drivers and the recorder of the running cell come first
+_NICENESS = 10  # drivers and the recorder of the running cell have precedence
 
 
 class ReplayCell:
     """A cell that starts when first needed, and runs until it is stopped.
 
     On its own master, all nodes and topics have their usual names, however the nodes form these
-    names, and no topic or service can reach the running cell. The methods block; call them in one
+    names, and no topic or service can reach the running cell. The methods block; call them from one
     thread that lives as long as the program.
     """
 
@@ -54,9 +54,9 @@ class ReplayCell:
         return self._folder
 
     def show(self, choice: Choice) -> None:
-        """Start the nodes of a choice; running nodes that are unchanged continue.
+        """Start the nodes of a choice; unchanged nodes keep running.
 
-        The player is always restarted: its bag has the same name, but is another one.
+        The player is always restarted: its bag is a new one with the same name.
 
         Raises:
             RosMasterError: there is no master.
@@ -95,7 +95,7 @@ class ReplayCell:
 
 
 def _held_port() -> socket.socket:
-    """Return a socket with a free port: while it is open, no node is given the same port."""
+    """Return a socket with a free port: while it is open, no node gets the same port."""
     held = socket.socket()
     held.bind(('', 0))
     return held

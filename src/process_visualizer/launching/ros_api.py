@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions to a ROS master and connections to nodes, with time limits, as both may hang."""
+"""Questions to a ROS master and connections to nodes, with time limits, because both may hang."""
 from __future__ import annotations
 
 import socket
@@ -26,7 +26,7 @@ SocketAddress = Tuple[Any, ...]
 def addresses_of(host: Optional[str], port: Optional[int]) -> List[SocketAddress]:
     """Return the addresses of a TCP port, those of IPv4 first.
 
-    Nodes of ROS 1 listen at IPv4 addresses, but "localhost" is ::1 first on many computers.
+    ROS 1 nodes listen at IPv4 addresses, but on many computers "localhost" resolves to ::1 first.
 
     Raises:
         OSError: the host is not known.
@@ -77,7 +77,7 @@ class _LimitedConnection(HTTPConnection):
 
 
 class LimitedTransport(Transport):
-    """A transport that never waits forever, whatever answers."""
+    """A transport that never waits forever, whatever program answers."""
 
     def __init__(self, timeout_s: float, whole_s: Optional[float] = None) -> None:
         """``timeout_s`` limits the wait for each part of an answer, ``whole_s`` for the whole."""
@@ -106,7 +106,7 @@ class LimitedTransport(Transport):
 
 
 ANSWER_TIMEOUT_S = 0.5
-"""Time limit for repeated questions by callers that have other tasks."""
+"""Time limit for repeated questions by callers with other tasks."""
 PATIENT_TIMEOUT_S = 3.0
 """Time limit for single questions."""
 
@@ -203,7 +203,7 @@ class AskedMaster:
         self._asked('unregisterService', service, service_uri)
 
     def _of(self, kind: type, method: str) -> Any:
-        """Return the master's answer, which must have a type."""
+        """Return the master's answer, which must be of a given type."""
         value = self._asked(method)
         if not isinstance(value, kind):
             raise rosgraph.MasterException('the master answers nonsense')
@@ -224,7 +224,7 @@ class AskedMaster:
         return value
 
 
-# A node's data over our own connection: rospy knows only one master, and waits forever.
+# A node's data over our own connection, because rospy knows only one master and waits forever.
 
 _HEADER_BYTES, _LENGTH_BYTES = 65536, 4
 
@@ -244,7 +244,7 @@ def publisher_address(master: 'AskedMaster', node: str, topic: str,
 
 
 def connected_publisher(own_uri: str, caller: str, topic: str, timeout_s: float) -> Tuple[str, int]:
-    """Return host and port of a topic's publisher, from its subscriber; no master is asked.
+    """Return host and port of a topic's publisher, as known to a subscriber; no master is asked.
 
     Args:
         own_uri: the URI of the subscribed node.
@@ -294,7 +294,7 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
 
 
 def _handshake_header(connection: socket.socket) -> Dict[str, str]:
-    """Read the header of a node, and nothing behind it: its first message may have come with it."""
+    """Read the header of a node, and nothing after it: the first message may have come with it."""
     head = received(connection, _LENGTH_BYTES, ROSHandshakeException)
     size = int.from_bytes(head, 'little')
     if size > _HEADER_BYTES:
@@ -308,7 +308,7 @@ def _handshake_header(connection: socket.socket) -> Dict[str, str]:
 
 
 def received(connection: socket.socket, size: int, closed: Type[Exception]) -> bytes:
-    """Return exactly this number of bytes; if the node closes the connection, raise ``closed``."""
+    """Return exactly ``size`` bytes; if the node closes the connection, raise ``closed``."""
     data = b''
     while len(data) < size:
         part = connection.recv(size - len(data))
@@ -355,9 +355,9 @@ def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
 def forget_ended(names: Collection[str], master_uri: Optional[str] = None) -> List[str]:
     """Unregister nodes whose processes have ended without doing so; return their names.
 
-    To the master, and to all who ask it, a killed node still publishes and still offers its
-    services. As ``rosnode cleanup``, but for these nodes alone. A node whose address does not
-    refuse the connection is left alone: it may only be slow, or its network.
+    According to the master, a killed node still publishes and offers its services. This does the
+    same as ``rosnode cleanup``, but only for these nodes. A node whose address does not refuse the
+    connection is left alone: the node, or its network, may only be slow.
     """
     forgotten = []
     try:
@@ -368,7 +368,7 @@ def forget_ended(names: Collection[str], master_uri: Optional[str] = None) -> Li
                 _forget(name, state, master_uri)
                 forgotten.append(name)
     except (OSError, rosgraph.MasterException, TypeError, ValueError):
-        pass  # the master has ended, or is none
+        pass  # the master has ended, or is not a master
     return forgotten
 
 
@@ -384,7 +384,7 @@ def _is_gone(name: str, master_uri: Optional[str]) -> bool:
 
 
 def _forget(name: str, state: Sequence[Any], master_uri: Optional[str]) -> None:
-    """Unregister whatever the master's state has of a node."""
+    """Unregister everything that the master's state lists for a node."""
     master = AskedMaster(name, master_uri, PATIENT_TIMEOUT_S)
     uri = master.lookupNode(name)
     publishers, subscribers, services = (

@@ -24,7 +24,7 @@ from process_visualizer.launching.roslaunch_process import (
 from process_visualizer.launching.run import LogTail, plain
 from process_visualizer.launching.run_record import RunRecord, require_log_folder
 
-_START_TIMEOUT_S = 60.0  # 30 s were too few at a load of 40
+_START_TIMEOUT_S = 60.0  # 30 s was too short at a load of 40
 _STARTED = 'started core service [/rosout]'
 
 
@@ -35,8 +35,8 @@ class RosMasterError(Exception):
 class RosMaster:
     """The master at ROS_MASTER_URI, or at another address.
 
-    Call ``ensure`` in a thread that lives as long as the program does: the kernel interrupts our
-    own master when that thread ends.
+    Call ``ensure`` from a thread that lives as long as the program: the kernel interrupts our own
+    master when that thread ends.
     """
 
     def __init__(self, uri: Optional[str] = None,
@@ -68,7 +68,7 @@ class RosMaster:
         self._is_there()
 
     def ensure(self) -> bool:
-        """Make sure that there is a master; return True if it is our own.
+        """Start a master if none is running; return True if the master is our own.
 
         Raises:
             RosMasterError: no master is running, and none can be started.
@@ -129,7 +129,8 @@ class RosMaster:
             start = start_for_this_computer if is_for_this_computer(self._uri, os.environ) \
                 else start_roslaunch
             port = urlparse(self._uri).port
-            # A file that is given is removed at the end, unlike the default one of the same name.
+            # An explicitly given file is removed at the end, unlike the default file of the same
+            # name.
             pid_file = os.path.join(rospkg.get_ros_home(), f'roscore-{port}.pid')
             self._process = RoslaunchProcess(['--core', '-p', str(port), '--pid', pid_file],
                                              self._record.run_id, start)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""roslaunch as a child process in its own session, and the other computers of its launch file."""
+"""roslaunch as a child process in its own session, and the other computers in its launch file."""
 from __future__ import annotations
 
 import array
@@ -45,7 +45,7 @@ from process_visualizer.launching.run_record import (
 class ForkedProcess:
     """A roslaunch forked by the server, with the interface of Popen; ``pid`` is its process id.
 
-    ``output`` and ``status`` are the reading ends of its pipes.
+    ``output`` and ``status`` are the read ends of its pipes.
 
     Raises:
         ChildProcessError: the server has not started the process.
@@ -84,7 +84,7 @@ class ForkedProcess:
         self.send_signal(signal.SIGKILL)
 
     def _follow(self) -> None:
-        """Read the status pipe to the end of the process: nodes do not inherit the pipe."""
+        """Read the status pipe until the process ends: nodes do not inherit the pipe."""
         with self._status as status:
             for line in status:
                 self._code = int(line)
@@ -99,7 +99,7 @@ _NAMED = {'ROS_IP', 'ROS_HOSTNAME'}
 _LOCAL_HOSTS = ('localhost', '127.0.0.1', '::1')
 _TELL_PERIOD_S = 5.0
 _FAR_S = 1.0
-"""Time in which roslaunch normally ends; after that other computers are checked."""
+"""Time in which roslaunch normally ends; after it, other computers are checked."""
 _LOST_PERIOD_S = 3.0
 _CORE = {'rosmaster', 'rosout'}
 """Processes that roslaunch ends last."""
@@ -119,7 +119,7 @@ def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Chi
 
 
 def start_for_this_computer(arguments: List[str], environment: Mapping[str, str]) -> Child:
-    """Start the command roslaunch, with master and nodes that listen to this computer only."""
+    """Start the command roslaunch, with a master and nodes that listen only to this computer."""
     return start_roslaunch(arguments, {**environment, **_LOCAL})
 
 
@@ -159,12 +159,12 @@ class RoslaunchProcess:
 
     def stop(self, tell: Callable[[str], None] = lambda text: None,
              far: Sequence[FarComputer] = ()) -> List[int]:
-        """Stop roslaunch and everything it started; return the ids of ended orphans.
+        """Stop roslaunch and everything it started; return the ids of the orphans that were ended.
 
         Processes stopped by SIGSTOP are continued, so that a recorder finishes its bag. ``tell``
         is called every 5 s with the processes that have not ended yet. roslaunch would wait minutes
-        for a computer whose link is cut: ``far`` computers that do not answer are reported at once,
-        and abandoned when everything here has ended.
+        for a computer whose link is down: ``far`` computers that do not answer are reported at
+        once, and abandoned when everything on this computer has ended.
         """
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
@@ -181,9 +181,9 @@ class RoslaunchProcess:
 
     def _wait_after(self, number: int, timeout_s: float, tell: Callable[[str], None],
                     far: Sequence[FarComputer]) -> List[FarComputer]:
-        """Send a signal and wait for the end; return the silent computers if only they are left.
+        """Send a signal and wait for the end; return the silent computers if nothing else is left.
 
-        roslaunch may give them up by itself.
+        roslaunch may give up on them by itself.
         """
         if self.exit_code() is None:
             self._process.send_signal(number)
@@ -213,7 +213,7 @@ class RoslaunchProcess:
 
 
 def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:
-    """Return the environment of a roslaunch without the mark of its run; None: usual master."""
+    """Return the environment of a roslaunch without the mark of its run; None: the usual master."""
     environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
     if master_uri is not None:
         environment['ROS_MASTER_URI'] = master_uri
@@ -250,7 +250,7 @@ class RoslaunchForks:
     """
 
     def __init__(self, niceness: int = 0, variables: Optional[Mapping[str, str]] = None) -> None:
-        """Take the common settings of all processes.
+        """Initialize with the common settings of all processes.
 
         Args:
             niceness: above 0, other processes have precedence (see nice(1)).
@@ -281,9 +281,9 @@ class RoslaunchForks:
         self._requests = ours
 
     def load(self, launch_file: str, environment: Mapping[str, str]) -> None:
-        """Let a roslaunch load a file, and wait for ``start`` with the same file.
+        """Make a roslaunch load a file and wait for ``start`` with the same file.
 
-        Call ``discard`` afterwards. The process from ``start`` reports errors of loading.
+        Call ``discard`` afterwards. The process returned by ``start`` reports loading errors.
         """
         self.prepare()
         fork = self._fork()
@@ -319,7 +319,7 @@ class RoslaunchForks:
         return {**environment, **self._variables}
 
     def _fork(self) -> _Fork:
-        """Let the server fork itself.
+        """Make the server fork itself.
 
         Raises:
             ChildProcessError: the server has ended.
@@ -364,7 +364,7 @@ def _close(descriptors: Iterable[int]) -> None:
 
 
 def _write(descriptor: int, content: Any) -> None:
-    """Write a line; a missing reader is noticed when its answer is read."""
+    """Write a line; a closed pipe is noticed later, when the answer is read."""
     rest = json.dumps(content).encode() + b'\n'
     with contextlib.suppress(BrokenPipeError):
         while rest:
@@ -416,9 +416,10 @@ def _port(text: str) -> int:
 
 
 def silent(computers: Sequence[FarComputer]) -> List[FarComputer]:
-    """Return the computers that do not answer; takes some seconds at most.
+    """Return the computers that do not answer; takes a few seconds at most.
 
-    A refused connection is an answer. A computer whose address only SSH knows is not returned.
+    A refused connection counts as an answer. A computer whose address only SSH knows is not
+    returned.
     """
     if not computers:
         return []

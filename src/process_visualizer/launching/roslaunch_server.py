@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A program that forks a roslaunch for each request.
 
-Half of the start time of roslaunch is spent on loading its modules; here they are loaded once. The
+Half of roslaunch's start time is spent on loading its modules; here they are loaded only once. The
 rest is spent on two processes that determine versions for the parameters of roscore, which a part
 of a cell does not need.
 
@@ -73,8 +73,8 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
     """Run roslaunch in its own session; write process id and exit code to ``status``."""
     os.setsid()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    # Until roslaunch's process monitor handles interrupts. As exceptions they would be lost: in
-    # many places roslaunch continues after any exception.
+    # This holds until roslaunch's process monitor handles interrupts. As exceptions they would be
+    # lost, because roslaunch often continues after any exception.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     _end_with_parent()
     os.dup2(output, 1)
@@ -101,7 +101,7 @@ def _launch(request: IO[str]) -> int:
         parent.prepare()
         start = request.readline()
         if not start:
-            _end(0)  # not needed; nobody reads the output
+            _end(0)  # not needed; the output is not read
         _take_environment(json.loads(start))
         parent.start()
         parent.spin()
@@ -117,7 +117,7 @@ def _take_environment(environment: Dict[str, str]) -> None:
 
 
 def _end(code: int) -> NoReturn:
-    """Exit at once: the exits of rospy and Python wait for threads, for a third of a second."""
+    """Exit at once: the exit handlers of rospy and Python wait a third of a second for threads."""
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -125,7 +125,7 @@ def _end(code: int) -> NoReturn:
 
 
 class _Parent(ROSLaunchParent):
-    """Loads a launch file without that of roscore, which the running master has loaded."""
+    """Loads a launch file without roscore's own, which the running master has already loaded."""
 
     def prepare(self) -> None:
         """Prepare everything before the first node.
@@ -150,7 +150,7 @@ class _Parent(ROSLaunchParent):
 
 
 def _end_with_parent() -> None:
-    """Let the kernel interrupt this process when the server ends."""
+    """Make the kernel interrupt this process when the server ends."""
     server = os.getppid()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
     if os.getppid() != server:

@@ -30,7 +30,7 @@ _DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>
 _FINISHED = re.compile(_PROCESS + r' process has finished cleanly')
 _REQUIRED = re.compile(r'REQUIRED process \[(?P<name>[^\[\]]+?)(-\d+)?\] has died!')
 MASTER = '/master'
-"""The name in roslaunch's reports of a ROS master that it has started; it has no number there."""
+"""The name, without a number, in roslaunch's reports about a ROS master that it has started."""
 _UNLOCATED = re.compile(r'ERROR: cannot launch node of type \[(?P<type>[^\]]*)\]: (?P<why>.*)')
 _LOG_FILE = re.compile(r'log file: (?P<path>/.*)\*\.log')
 _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)')
@@ -41,7 +41,7 @@ class LaunchEvent:
     """An event of a process, from one line; ``name`` is the node's absolute name.
 
     ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
-    ``rest`` is output of the node in roslaunch's line about its start, before that line's end.
+    ``rest`` is output of the node within roslaunch's line about its start.
     """
 
     kind: str
@@ -52,7 +52,7 @@ class LaunchEvent:
 
 
 def plain(line: str) -> str:
-    """Return the line without colors, window titles and line end."""
+    """Return the line without colors, window titles and the line end."""
     return _CONTROL.sub('', line).rstrip()
 
 
@@ -107,7 +107,7 @@ class LogTail:
         return tuple(self._lines)
 
     def after(self, earlier: Tuple[str, ...]) -> Tuple[str, ...]:
-        """Return half of the lines from another log, if it has any, before half of these.
+        """Return half of the lines of another log, if it has any, followed by half of these.
 
         A node's standard output goes to its log file, but its standard error to this one.
         """
@@ -128,7 +128,7 @@ def last_lines(path: Union[str, Path]) -> Tuple[str, ...]:
 
 
 _CHECK_PERIODS_S = 0.05, 0.25
-_ASKING_SHARE = 0.1  # maximum share of the time, except for the longest period
+_ASKING_SHARE = 0.1  # maximum share of the time spent on questions, except at the longest period
 
 OnReport = Callable[[NodeReport], None]
 OnLine = Callable[[str], None]
@@ -138,7 +138,8 @@ class NodeWatcher:
     """Calls ``on_report`` at every change of a node's state and ``on_line`` for every line.
 
     ``watch`` reads the output to its end in the calling thread; another thread asks the master,
-    only while a node is starting, and when one has ended: another one may have taken its name.
+    but only while a node is starting, and when one has ended, because another node may have taken
+    its name.
     """
 
     def __init__(self, on_report: OnReport, on_line: OnLine,
@@ -206,7 +207,7 @@ class NodeWatcher:
         return report
 
     def _take_required_exit(self, line: str) -> None:
-        """Take the exit code of a required process from its separate line."""
+        """Read the exit code of a required process from its separate line."""
         code = exit_code_in(line)
         if code is None and 'process has finished cleanly' in line:
             code = 0
@@ -215,7 +216,7 @@ class NodeWatcher:
             self._required = None
 
     def _take_log_file(self, line: str) -> None:
-        """Take the log file of an ended node from roslaunch's next line."""
+        """Read the log file of an ended node from roslaunch's next line."""
         path, name, self._ended_last = stdout_file_in(line), self._ended_last, None
         if path is None or name is None:
             self._tail.add(line)
@@ -235,11 +236,11 @@ class NodeWatcher:
         return after
 
     def _ask_master(self) -> None:
-        """Ask the master for starting nodes that have registered; less often if there are many."""
+        """Ask the master which starting nodes have registered; less often if there are many."""
         while True:
             self._starting.wait()
             self._starting.clear()  # before reading the states, so that no start is missed
-            is_over = self._ended.is_set()  # before the last look at what has ended
+            is_over = self._ended.is_set()  # read this before the last check of ended nodes
             begin_s = time.monotonic()
             self._look_for_namesakes()
             if is_over:
@@ -254,7 +255,7 @@ class NodeWatcher:
             self._ended.wait(_pause_s(time.monotonic() - begin_s))
 
     def _look_for_namesakes(self) -> None:
-        """Note which of the ended nodes have ended because another one took their name."""
+        """Note which nodes have ended because another node took their name."""
         with self._lock:
             names, self._just_ended = self._just_ended, []
         for name in names:
@@ -273,7 +274,7 @@ _LAST_LINES_TIMEOUT_S = 1.0
 
 
 class LaunchRun:
-    """Runs a launch file; callbacks are called in a thread of the run, never in the caller's.
+    """Runs a launch file; callbacks are called from a thread of the run, never from the caller's.
 
     Create it in a thread that lives as long as the program (the main thread): the kernel interrupts
     roslaunch when its starting thread ends. ``on_end`` is called after the last report, with the
@@ -319,7 +320,7 @@ class LaunchRun:
             return RoslaunchProcess([launch_file], self._record.run_id, start, master_uri)
         except OSError:
             self._log.close()
-            with contextlib.suppress(OSError):  # of its folder, which was reported
+            with contextlib.suppress(OSError):  # an error with its folder has been reported
                 self._record.remove()
             raise
 
@@ -364,7 +365,7 @@ class LaunchRun:
         return orphans
 
     def _wait_for_end(self) -> None:
-        """Wait for the end of roslaunch, not of its output: nodes left behind keep that open."""
+        """Wait for the end of roslaunch, not of its output, which nodes left behind keep open."""
         code = self._process.wait()
         if code < 0 and not self._is_stopping:
             self._killed_by = exit_words(code)

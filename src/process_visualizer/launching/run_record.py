@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A record file for each run, by which the next start can clean up after a crash."""
+"""A record file for each run, with which the next start can clean up after a crash."""
 from __future__ import annotations
 
 import contextlib
@@ -25,7 +25,7 @@ _CHECK_PERIOD_S = 0.05
 _EXEC_S = 5.0  # maximum time of an exec, even on an overloaded computer
 _EXEC_PERIOD_S = 0.002
 _ENVIRONMENT = slice(47, 49)  # the fields of `_stat` with its start and end in memory
-_LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
+_LINUX = ('0', '2')  # the parents of kernel threads, which are not user programs
 
 
 def processes_of_run(run_id: str) -> List[int]:
@@ -38,8 +38,8 @@ def processes_of_run(run_id: str) -> List[int]:
 def _environment(pid: int) -> bytes:
     """Return a process's environment; empty for ended ones, other users' and kernel threads.
 
-    During an exec nothing can be read, although the kernel reports an environment that is not
-    empty, or does not report its place yet.
+    During an exec nothing can be read, although the kernel reports a nonempty environment, or does
+    not report its address yet.
     """
     deadline = time.monotonic() + _EXEC_S
     try:
@@ -75,7 +75,7 @@ def continue_processes(run_id: str) -> None:
 
 
 def start_time(pid: int) -> Optional[str]:
-    """Return the start time of a process in the kernel's ticks, which distinguishes reused ids.
+    """Return the start time of a process in kernel ticks, which distinguishes reused ids.
 
     None if there is no such process, or only a zombie.
     """
@@ -104,7 +104,7 @@ def end_processes(run_id: str) -> List[int]:
 
 
 def wait_until_gone(run_id: str, timeout_s: float) -> bool:
-    """Wait for the end of a run's processes, by polling, as they are not our children."""
+    """Wait for the end of a run's processes by polling, because they are not our children."""
     return _wait_for(lambda: not processes_of_run(run_id), timeout_s)
 
 
@@ -134,7 +134,7 @@ def new_run_folder() -> str:
 
 
 def require_log_folder() -> None:
-    """Check that ROS can write its logs: without that, neither master nor nodes start.
+    """Check that ROS can write its logs; otherwise neither master nor nodes start.
 
     Raises:
         OSError: it cannot; the text names the folder and the remedy.
@@ -166,7 +166,7 @@ class RunRecord:
                  'is_replay': is_replay}
         written = self._path.with_suffix('.new')
         written.write_text(json.dumps(owner), encoding='utf-8')
-        written.replace(self._path)  # a concurrent clean-up always finds a complete record
+        written.replace(self._path)  # so that a concurrent cleanup always finds a complete record
 
     def begin(self) -> str:
         """Make a temporary folder for the files of the run and record it; return its path.
@@ -185,7 +185,7 @@ class RunRecord:
         return folder
 
     def remove(self) -> None:
-        """Remove the record after the end of the run, which has left nothing behind."""
+        """Remove the record after the end of a run that has left nothing behind."""
         self._path.unlink(missing_ok=True)
 
 
@@ -202,7 +202,7 @@ def clean_up_crashed_runs() -> List[int]:
 
 
 def folder_of_run(owner_id: int) -> str:
-    """Return the folder of the cell that a running process has launched; empty if there is none.
+    """Return the folder of the cell launched by a running process; empty if there is none.
 
     The process may have further runs: a replay, a master, a server for quick starts.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The display of the X server on which windows appear: whether there is one."""
+"""A check for the display of an X server, on which windows appear."""
 from __future__ import annotations
 
 import ctypes
@@ -10,13 +10,13 @@ from process_visualizer.shown_text import shown
 
 
 class NoDisplay(OSError):
-    """No window can be shown; the text says why, and what to do."""
+    """Raised if no window can be shown; the text says why, and what to do."""
 
 
 def require_display(instead: str = '', environment: Mapping[str, str] = os.environ) -> None:
-    """Check that a window can be shown; Qt and RViz themselves end with an abort.
+    """Check that a window can be shown; otherwise Qt and RViz would abort.
 
-    ``instead`` says what else can be done.
+    ``instead`` is a text on what else can be done.
 
     Raises:
         NoDisplay: the environment names no X server, or one that does not answer.

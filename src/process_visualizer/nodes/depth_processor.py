@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): a depth sensor's clouds with current stamps.
 
-RViz discards old data, such as the clouds of a foreign recording. Current stamps are kept, so that
-RViz draws a cloud where its frame was when the cloud was taken. The clouds pass through as the
-received bytes; only their header is rewritten.
+RViz discards old data, such as the clouds of another program's recording. Current stamps are kept,
+so that RViz draws a cloud at the pose that its frame had when the cloud was taken. The clouds are
+republished as the received bytes; only their header is rewritten.
 """
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from process_visualizer.nodes.common.node_handle import (
 from process_visualizer.ros_names import DEPTH_PROC
 
 MAX_AGE_NS = 1_000_000_000
-"""Maximum age of a stamp when its message arrives [ns]; an older one is of another clock.
-tf2 forgets after 10 s."""
+"""Maximum age of a stamp when its message arrives [ns]; an older one is from another clock. tf2
+forgets transforms after 10 s."""
 
 
 class KeptStamps:
-    """Keeps the stamps of one topic, or shifts them all alike if they are of another clock.
+    """Keeps the stamps of one topic, or shifts all by the same time if they are from another clock.
 
-    A shift preserves the sensor's differences between stamps; the fastest message counts as having
-    taken no time. No stamp is later than its arrival or more than ``MAX_AGE_NS`` earlier, so RViz
-    and tf2 accept all of them.
+    A shift preserves the differences between the sensor's stamps; it assumes that the fastest
+    message arrived without delay. No stamp is later than its arrival or more than ``MAX_AGE_NS``
+    earlier, so RViz and tf2 accept all of them.
     """
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ def restamp(message: bytes, new_stamp: Callable[[rospy.Time], rospy.Time]
     """Return a new header for a serialized message that begins with one, and the rest of it.
 
     ``new_stamp`` maps the old stamp to the new one. The new header's frame_id has no leading slash,
-    which tf2 rejects. The rest is a view of ``message``, not a copy.
+    because tf2 rejects one. The rest is a view of ``message``, not a copy.
 
     Raises:
         ValueError: the message is shorter than its header.
@@ -88,7 +88,7 @@ def restamp(message: bytes, new_stamp: Callable[[rospy.Time], rospy.Time]
 
 
 class SerializedPointCloud2(rospy.AnyMsg):
-    """A sensor_msgs/PointCloud2 that is published with the bytes as received."""
+    """A sensor_msgs/PointCloud2 that is published as the received bytes."""
 
     _type: ClassVar[str] = PointCloud2._type
     _md5sum: ClassVar[str] = PointCloud2._md5sum
@@ -111,13 +111,13 @@ class SerializedPointCloud2(rospy.AnyMsg):
 class DepthProcessor:
     """Republishes the clouds of ``~input`` on ``points``, with current stamps (see `KeptStamps`).
 
-    ``points_age`` carries the age of the last cloud [s]; that of a played cloud does not grow while
-    playback is paused.
+    ``points_age`` carries the age of the last cloud [s]; the age of a played cloud does not
+    increase while playback is paused.
 
-    The private parameter ``~topic`` names another input topic. Until the first cloud comes,
-    each subscriber gets an empty one in the frame ``~frame``, if that is set: what RViz still shows
+    The private parameter ``~topic`` names another input topic. Until the first cloud arrives, each
+    subscriber receives an empty one in the frame ``~frame``, if that is set: what RViz still shows
     was sent by an earlier process, perhaps before the change to playback. If another recording is
-    played, an empty cloud clears the last one, which is not of this recording.
+    played, an empty cloud clears the last one, which is not from this recording.
     """
 
     def __init__(self, node: NodeHandle, device: str) -> None:
@@ -147,11 +147,11 @@ class DepthProcessor:
         self._silence = node.every(SILENT_AFTER_S, self._report_silence)
 
     def _nothing_yet(self) -> Optional[SerializedPointCloud2]:
-        """Return an empty cloud before the first one."""
+        """Return an empty cloud; None without a frame, or after the first cloud."""
         return None if self._received or not self._frame else self._empty()
 
     def _empty(self) -> SerializedPointCloud2:
-        # RViz chooses how it colors by the fields of the first cloud, and does not choose again.
+        # RViz chooses the coloring by the fields of the first cloud, and keeps it.
         names = 'x', 'y', 'z', 'rgb', 'intensity'
         fields = [PointField(name, 4 * row, PointField.FLOAT32, 1)
                   for row, name in enumerate(names)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The frame publisher: every device's base frame and force frame on /tf_static."""
+"""The frame publisher: publishes each device's base frame and force frame on /tf_static."""
 from __future__ import annotations
 
 import sys
@@ -27,7 +27,7 @@ _PERIOD_S, _LISTEN_S = 0.2, 0.1
 
 
 class FramePublisher:
-    """Publishes the frames, latched and all in one message, and moves them with a service."""
+    """Publishes all frames in one latched message; a service moves them."""
 
     def __init__(self, node: NodeHandle, tree: FrameTree, master: Optional[Master] = None,
                  connect: Connect = connecting) -> None:
@@ -80,7 +80,7 @@ def model_links(parameters: Mapping[str, Any]) -> Dict[str, str]:
     links: Dict[str, str] = {}
     for group in parameters.values():
         text = group.get('robot_description') if isinstance(group, dict) else None
-        with suppress(ValueError):  # nobody publishes the frames of an invalid model
+        with suppress(ValueError):  # the frames of an invalid model are not published
             links.update(Kinematics(str(text or '<robot/>')).parents)
     return links
 

@@ -57,10 +57,10 @@ from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
-PATIENCE_S = 2.0  # before missing data is reported: static transforms may come later
+PATIENCE_S = 2.0  # before missing data is reported, as static transforms may arrive later
 TICK_S = 0.1
 _EQUAL_N = 2.0  # forces this close count as the same
-_GROUPS = 20  # of joints, each in a message of its own
+_GROUPS = 20  # maximum number of groups of joints, each in its own message
 CHAIN_S = 1.0  # time in which all transforms of a chain arrive
 
 
@@ -72,10 +72,10 @@ class RobotProcessor:
     numbers for RViz. Joint states are published by joint_proc, in C++, so that drawing cannot
     delay them.
 
-    Markers are published no faster than a screen can show them: with the message that changes
-    them, so that they are not late, or with the next tick of a slow timer, which also notices when
-    data stops. While playback is paused, the state at the position is shown as soon as the player
-    has reported the position.
+    Markers are published no faster than a screen can show them: together with the message that
+    changes them, so that they are not late, or at the next tick of a slow timer, which also detects
+    when data stops. While playback is paused, the state at the position is shown as soon as the
+    player has reported the position.
     """
 
     def __init__(self, node: NodeHandle, parameters: RobotParameters) -> None:
@@ -91,7 +91,7 @@ class RobotProcessor:
         self._tool = ToolPlacer(node, parameters, model, self._complaints, static)
         self._base_frames = BaseFrames(parameters, model, static, self._on_static)
         self._drawing = RefreshRate(1.0 / parameters.marker_rate_hz)
-        self._lock = threading.Lock()  # each topic has its thread, and so has the timer
+        self._lock = threading.Lock()  # each topic and the timer have their own threads
         self._pose: Optional[ToolPose] = None
         self._pose_time_s = self._came_s = 0.0
         self._shown_paused: Tuple[Tuple[float, ...], float] = ((), 0.0)
@@ -158,7 +158,7 @@ class RobotProcessor:
 
     def _take_tool_of_joints(self, positions: Mapping[str, float], stamp_s: float,
                              now_s: float) -> None:
-        """Take the tool's pose by the model; of groups with the same stamp, the first counts."""
+        """Note the tool's pose from the model; of groups with the same stamp, the first is used."""
         pose = self._tool.pose_of_joints(positions, stamp_s)
         if pose is None or (self._pose is not None and self._pose.stamp_s == stamp_s):
             return
@@ -170,8 +170,8 @@ class RobotProcessor:
     def _joints_age_s(self, now_s: float) -> Optional[float]:
         """Return the time since the last joint states [s].
 
-        It is infinite if they do not come at all: RViz then draws the robot anywhere. It is None
-        if they have no topic, or may still come.
+        It is infinite if they do not arrive at all: RViz then draws the robot at an arbitrary pose.
+        It is None if they have no topic, or may still arrive.
         """
         if self._joints_time_s is None or not self._parameters.joint_states.name:
             return math.inf if self._is_drawn_elsewhere else None
@@ -183,7 +183,7 @@ class RobotProcessor:
             self._twist.add(pose, now_s)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
             self._came_s = self._node.wall_s()
-            if not self._shows_position():  # else the player's next state has its position
+            if not self._shows_position():  # otherwise the player's next state shows it
                 self._publish_velocity()
                 self._draw_data(now_s)
         if self._twist.doubts_stamps:
@@ -202,7 +202,7 @@ class RobotProcessor:
             if state is None or not self._shows_position() or not self._twist.is_known:
                 return
             moment, (shown, shown_came_s) = (state.segment, state.position_s), self._shown_paused
-            comes_again = shown_came_s < self._came_s <= state.stamp_s  # and was sent since then
+            comes_again = shown_came_s < self._came_s <= state.stamp_s  # and was sent after that
             if moment != shown or comes_again:
                 self._shown_paused = moment, self._came_s
                 self._drawing.hurry()
@@ -280,12 +280,12 @@ class RobotProcessor:
     def _draw(self, now_s: float, early_s: float = 0.0) -> None:
         """Publish the markers if they are due and there are subscribers.
 
-        An empty list is published too: it shows a waiting receiver that there is no more to come.
+        An empty list is published, too: it shows a waiting receiver that nothing more will follow.
         """
         if self._twist.is_awaited():
             return
         if self._twist.is_recorded and not self._twist.is_known:
-            self._display.hurry()  # an old number must not stay
+            self._display.hurry()  # an old number must not stay visible
         if self._drawing.is_due(now_s, early_s) and self._markers.get_num_connections() > 0:
             clock = self._playback.clock
             data_s = clock.data_time_s(now_s)

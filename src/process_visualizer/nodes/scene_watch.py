@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Shows in the scene which devices are out of date, because a process has ended or hangs.
 
-Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A
-robot that no longer moves, or a cloud, stays in the picture: only a text can say that it is out of
-date. So every process that draws is asked a few times a second whether it is alive.
+Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A robot
+that no longer moves, or a cloud, stays in the picture: only a text can show that it is out of date.
+So every process that draws is asked a few times a second whether it is alive.
 """
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from process_visualizer.ros_names import (
 )
 
 TEXT_PERIOD_S = 0.2
-CALM_PERIOD_S = 1.0  # gives RViz something to show, even if the frames come later
+CALM_PERIOD_S = 1.0  # so that RViz has something to show, even if the frames arrive later
 LOOKUP_PERIOD_S = 2.0
 LOG_PERIOD_S = 10.0
 ALARM_AGE_S = 2.0
@@ -51,7 +51,8 @@ ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
     f'/{GHOST}': 'the reference run is out of date'}
-"""The program's own nodes, and the effect of losing each. Player and recorder come and go."""
+"""The program's own nodes, except player and recorder, which come and go, and the effect of losing
+each."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
@@ -79,12 +80,12 @@ class SceneWatch:
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
         self._others: Dict[str, Set[str]] = {}  # the topics of publishers that are not ours
-        self._beside: Dict[str, Set[str]] = {}  # who published the same topics while they lived
-        self._replaced: Set[str] = set()  # those that ended, and whose topics have new publishers
+        self._beside: Dict[str, Set[str]] = {}  # publishers of the same topics while they ran
+        self._replaced: Set[str] = set()  # ended ones whose topics have new publishers
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = RefreshRate(TEXT_PERIOD_S), RefreshRate(CALM_PERIOD_S)
         self._lookups, self._log = RefreshRate(LOOKUP_PERIOD_S), RefreshRate(LOG_PERIOD_S)
-        seen = node.param(SEEN, [])  # set by its last process, unless somebody else has written it
+        seen = node.param(SEEN, [])  # set by this node's last process, or by another program
         self._seen = frozenset(map(str, seen if isinstance(seen, list) else ()))
         known = {name for meanings in self._meanings.values() for name in meanings}
         self._pulses.watch(self._seen & known, are_expected=True)
@@ -112,7 +113,7 @@ class SceneWatch:
             self._publish(problems)
 
     def _silent_nodes(self) -> Dict[str, SilentNode]:
-        """Return the nodes that hang; ended ones are known to the program that started them."""
+        """Return the nodes that hang; the program that started the nodes knows which have ended."""
         devices = {device.name for device in self._devices} - {ITSELF}
         return {name: SilentNode(device if device in devices else '', meaning)
                 for device, meanings in self._meanings.items()
@@ -120,9 +121,9 @@ class SceneWatch:
                 if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
 
     def _report_stale_points(self) -> None:
-        """Report the clouds that do not come; a cloud without a reported age keeps its state."""
+        """Report the clouds that do not arrive; a cloud without a reported age keeps its state."""
         now_s = self._node.monotonic_s()
-        for device, (age_s, reported_s) in tuple(self._ages.items()):  # others add to it
+        for device, (age_s, reported_s) in tuple(self._ages.items()):  # other threads add to it
             if now_s - reported_s >= _AGE_HOLDS_S:
                 continue
             if age_s > max(self._stale_after_s, ALARM_AGE_S):
@@ -134,7 +135,7 @@ class SceneWatch:
     def _remember(self) -> None:
         """Save the names of nodes that have answered, for the next process of this node.
 
-        Otherwise a node that ends before that process begins would never be missed.
+        Otherwise a node that ends before that process starts would never be reported.
         """
         answered = {name for name, node in self._pulses.nodes.items() if node.has_answered}
         if answered <= self._seen or self._lookup.is_silent:
@@ -175,7 +176,7 @@ class SceneWatch:
             self._lookup.is_silent = False
         except (rosgraph.MasterException, OSError) as error:
             self._lookup.is_silent = True
-            self._lookups.wait(self._node.monotonic_s())  # the answer was awaited for long
+            self._lookups.wait(self._node.monotonic_s())  # the answer took long
             if self._log.is_due(self._node.monotonic_s()):
                 self._node.warn(f'scene_watch: the master does not answer: {error}')
             return
@@ -189,9 +190,9 @@ class SceneWatch:
         self._replace(publishers)
 
     def _replace(self, publishers: Mapping[str, List[str]]) -> None:
-        """Note ended publishers whose topics new ones publish; the master may forget them.
+        """Note ended publishers whose topics have new publishers; the master may forget them.
 
-        One that published beside it already says nothing about its markers, which stay.
+        Nodes that published the same topics before do not count: the markers of the ended one stay.
         """
         nodes = self._pulses.nodes
         present = {topic: {it for it in names if it in nodes and nodes[it].has_answered
@@ -205,7 +206,7 @@ class SceneWatch:
             elif nodes[node].problem == ENDED and all(
                     present.get(it, set()) - beside for it in topics):
                 self._replaced.add(node)
-            if node in self._replaced - registered:  # anonymous names never come back
+            if node in self._replaced - registered:  # anonymous names are never used again
                 self._replaced.discard(node)
                 del self._others[node], self._beside[node], nodes[node]
                 for meanings in self._meanings.values():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The variable processor: any number in any topic as an arrow with its value (<variable>)."""
+"""The variable processor: shows any number in any topic as an arrow with its value (<variable>)."""
 from __future__ import annotations
 
 import math
@@ -58,14 +58,14 @@ class ShownVariable:
                              if parameters.offset_param else None)
         self._seen: Optional[RawMessage] = None
         self._value: Optional[Number] = None
-        self._time_s = -math.inf  # when the value came
+        self._time_s = -math.inf  # when the value arrived
         self._name = f'{parameters.topic} {parameters.field}'
         self._limits = LimitState(complaints, self._name, parameters.label or self._name,
                                   parameters.colors.limits, parameters.unit)
 
     @property
     def has_limits(self) -> bool:
-        """Return whether there is anything to judge."""
+        """Return whether the variable has limits."""
         return self._parameters.colors.limits.exist
 
     def judge(self, now_s: float, age_s: Callable[[float], float]) -> None:
@@ -213,10 +213,10 @@ def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
 
 
 def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> List[ValuePlace]:
-    """Return the place of each variable's text: texts in one frame are lines of one block.
+    """Return the position of each variable's text: texts in one frame are lines of one block.
 
     Args:
-        parameters: with the place of the texts, if it is configured.
+        parameters: contain the position of the texts, if it is configured.
         vectors: the arrow of each variable, (3,) [m] in its frame.
     """
     frames = [parameters.text_frame or variable.frame for variable in parameters.variables]

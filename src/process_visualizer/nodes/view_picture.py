@@ -27,7 +27,7 @@ class ViewWatcher(DrawnView):
 
 
 def wait_for_master(timeout_s: float) -> bool:
-    """Wait until the master answers; nothing announces it, so ask five times a second."""
+    """Wait until the master answers, by asking five times a second, as nothing announces it."""
     asked = threading.Event()
     deadline = time.monotonic() + timeout_s
     while not rosgraph.is_master_online():

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The relay: lets other computers watch the running cell without changing anything in it.
 
-Viewers connect to one port, and receive what the cell's view shows, with models and meshes. They
-never connect to a driver, so no viewer can hold one up; messages that a link cannot carry are left
+Viewers connect to one port and receive what the cell's view shows, with models and meshes. They
+never connect to a driver, so no viewer can delay one; messages that a link cannot carry are left
 out here.
 """
 from __future__ import annotations
@@ -56,13 +56,13 @@ from process_visualizer.whole_file import small_file
 _MAX_VIEWERS = 16
 _FULL = f'{_MAX_VIEWERS} viewers watch this cell already'
 _GIVES_WAY_S = 1.5
-"""Silence after which a viewer makes room, as its link is lost [s]; viewers send twice a second."""
+"""Silence [s] after which a viewer gives way, as its link is lost; viewers send twice a second."""
 _GREETS_S = 6.0
 _MAX_WAITING = 64
-"""Maximum number of connections that have said nothing; then the oldest ones end."""
+"""Maximum number of connections that have sent nothing; beyond it, the oldest ones are closed."""
 _TOPICS_PERIOD_S = 1.0
 _FRESH_S = 1.0
-"""Time for which an offer is used again [s]: viewers may come all at once."""
+"""Time [s] for which an offer is reused: many viewers may connect at the same time."""
 _Made = Tuple[Offer, Files, Dict[str, OfferedTopic]]
 
 
@@ -86,7 +86,7 @@ class ViewRelay:
         self._waiting: Dict[socket.socket, None] = {}  # the oldest first
         self._offered: Optional[Tuple[str, Dict[str, str], Offer, Files]] = None
         self._making = threading.Lock()
-        self._made: Tuple[float, str, Optional[_Made]] = (0.0, '', None)  # when, and of which view
+        self._made: Tuple[float, str, Optional[_Made]] = (0.0, '', None)  # time, view, and result
         self._cell = f'{socket.gethostname()}:{urlsplit(rosgraph.get_master_uri()).port}'
         self._changed = threading.Event()
         self._ended = threading.Event()
@@ -107,7 +107,7 @@ class ViewRelay:
         self._ended.set()
         self._changed.set()
         with suppress(OSError):  # it no longer listens
-            self._listener.shutdown(socket.SHUT_RDWR)  # close alone lets one more viewer in
+            self._listener.shutdown(socket.SHUT_RDWR)  # close alone would accept one more viewer
         self._listener.close()
         for link in self._present():
             link.close()
@@ -136,13 +136,13 @@ class ViewRelay:
                 rospy.logwarn('a viewer could not connect: %s', shortage_words(error) or error)
 
     def _let_wait(self, connection: socket.socket) -> None:
-        """Note a connection; end those that have waited longest if they become too many."""
+        """Add a waiting connection; close those that have waited longest if there are too many."""
         with self._lock:
             self._waiting[connection] = None
             while len(self._waiting) > _MAX_WAITING:
                 oldest = next(iter(self._waiting))
                 del self._waiting[oldest]
-                with suppress(OSError):  # it has gone
+                with suppress(OSError):  # the peer has closed it
                     oldest.shutdown(socket.SHUT_RDWR)  # its thread closes it
 
     def _welcome(self, connection: socket.socket, name: str) -> None:
@@ -171,7 +171,7 @@ class ViewRelay:
             has_room = len(self._links) < _MAX_VIEWERS
             if has_room:
                 self._links.add(link)
-        if not has_room:  # others came meanwhile
+        if not has_room:  # other viewers were accepted meanwhile
             _refuse(connection, _FULL)
             return
         rospy.loginfo('%s watches', name)
@@ -184,7 +184,7 @@ class ViewRelay:
         self._changed.set()
 
     def _has_room(self) -> bool:
-        """Return whether one more may watch; silent ones make room, as they may be reconnecting."""
+        """Return whether one more may watch; silent ones give way, as they may be reconnecting."""
         if len(self._present()) >= _MAX_VIEWERS:
             for link in self._present():
                 if link.silent_s > _GIVES_WAY_S:
@@ -197,10 +197,10 @@ class ViewRelay:
             self._links.discard(link)
 
     def _made_for(self, connection: socket.socket) -> Optional[_Made]:
-        """Return what a viewer is offered; None if it has given up meanwhile.
+        """Return the offer for a viewer; None if the viewer has given up meanwhile.
 
-        One thread makes it at a time, for all that have come: many viewers of a busy computer would
-        otherwise hold up each other until they give up.
+        One thread at a time makes the offer, for all waiting viewers: otherwise many viewers of a
+        busy computer would delay each other until they give up.
         """
         with self._making:
             if _has_left(connection):
@@ -219,7 +219,7 @@ class ViewRelay:
                 models[name] = str(self._master.getParam(name))
         before = self._offered
         if before is not None and before[:2] == (view, models):
-            return before[2:]  # without reading meshes again, a viewer is back sooner
+            return before[2:]  # reuse the meshes, so that a viewer reconnects faster
         paths = mesh_paths(models)
         version = rospkg.RosPack().get_manifest(PACKAGE).version
         offer = Offer(version, self._mode, view, models, offered_meshes(paths), self._cell)
@@ -231,7 +231,7 @@ class ViewRelay:
         return Path(self._view_file).read_text(encoding='utf-8')
 
     def _topics(self) -> Dict[str, OfferedTopic]:
-        """Return the topics that the view shows and somebody publishes."""
+        """Return the topics that the view shows and that have a publisher."""
         view = parsed_view(self._view())
         more = rospy.get_param('~topics', [])
         if not isinstance(more, list):
@@ -248,7 +248,7 @@ class ViewRelay:
             if not self._present():
                 self._changed.wait()
                 self._changed.clear()
-                view = ''  # new viewers have been offered the present view
+                view = ''  # new viewers get the present view anyway
             if self._ended.wait(_TOPICS_PERIOD_S):
                 return
             try:
@@ -261,7 +261,7 @@ class ViewRelay:
                         link.offer(*offer)
                     link.offer_topics(topics)
             except (OSError, ValueError, MemoryError, rosgraph.MasterException):
-                continue  # the master, or memory, will be back, or the cell ends
+                continue  # the master or memory becomes available again, or the cell ends
 
 
 def _topic(name: str, kind: str) -> Optional[OfferedTopic]:
@@ -272,7 +272,7 @@ def _topic(name: str, kind: str) -> Optional[OfferedTopic]:
 
 
 def _content(path: str) -> bytes:
-    """Return what is in a file; nothing if it is gone, or has become something else."""
+    """Return the content of a file; empty if it is no longer there, or is no longer a file."""
     try:
         return small_file(path, MAX_MESH_BYTES)
     except OSError:
@@ -280,7 +280,7 @@ def _content(path: str) -> bytes:
 
 
 def _says_something(connection: socket.socket) -> bool:
-    """Return whether a first byte comes: of several connections it tries, a viewer keeps one."""
+    """Return whether a first byte arrives: a viewer tries several connections and keeps one."""
     try:
         connection.settimeout(_GREETS_S)
         return bool(connection.recv(1, socket.MSG_PEEK))
@@ -289,7 +289,7 @@ def _says_something(connection: socket.socket) -> bool:
 
 
 def _greeted(connection: socket.socket) -> bool:
-    """Greet a viewer at once, so that it knows of a cell while the offer is made."""
+    """Greet a viewer at once, so that it knows that there is a cell while the offer is made."""
     try:
         connection.settimeout(2.0)
         connection.sendall(GREETING)
@@ -299,7 +299,7 @@ def _greeted(connection: socket.socket) -> bool:
 
 
 def _has_left(connection: socket.socket) -> bool:
-    """Return whether the viewer has closed a connection, of which it still sent something."""
+    """Return whether the viewer has closed a connection on which unread data may remain."""
     poll = select.poll()
     poll.register(connection, select.POLLRDHUP)
     return bool(poll.poll(0))

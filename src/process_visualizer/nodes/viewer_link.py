@@ -41,7 +41,7 @@ _TOLD_EVERY_S = 10.0
 
 
 class FeedChannel(NamedTuple):
-    """One publisher of a topic, by its number; messages that are latched have to arrive."""
+    """One publisher of a topic, by its number; latched messages have to arrive."""
 
     number: int
     topic: str
@@ -52,10 +52,10 @@ class FeedChannel(NamedTuple):
 
 
 class FeedListener(Protocol):
-    """Takes messages of topics; called in threads of rospy, must not block."""
+    """Receiver of messages of topics; called from rospy's threads, must not block."""
 
     def take(self, channel: FeedChannel, arrived_ns: int, data: bytes) -> None:
-        """Take a message."""
+        """Handle a message."""
 
 
 class _Latched(NamedTuple):
@@ -76,7 +76,7 @@ class TopicFeed:
         self._latched: Dict[int, _Latched] = {}
 
     def want(self, taker: FeedListener, topics: Collection[str]) -> None:
-        """Pass the messages of these topics, and no others, on to a taker."""
+        """Pass on the messages of these topics, and no others, to a listener."""
         with self._lock:
             new = [topic for topic in topics if taker not in self._wanted.get(topic, [])]
             for topic in list(self._wanted):
@@ -130,18 +130,18 @@ class TopicFeed:
 
 Files = Mapping[str, Callable[[], bytes]]
 _SILENT_S = 6.0
-"""Silence after which a viewer is gone [s]; viewers send twice a second."""
+"""Silence [s] after which a viewer counts as disconnected; viewers send twice a second."""
 _ASKED_BYTES = 256 << 10
 _RECEIVED_BYTES = 64 << 10
 _MAX_ANSWERS = 10_000
-"""Maximum number of answers that wait; a viewer that asks on without reading is dropped."""
+"""Maximum number of waiting answers; a viewer that keeps asking without reading is dropped."""
 _REPORT_PERIOD_S = 2.0
 _WANT_PERIOD_S = 0.1
-"""Minimum time between two changes of what a viewer wants: each asks the master of the cell."""
+"""Minimum time between two changes of the topics of a viewer: each asks the cell's master."""
 
 
 class ViewerLink:
-    """Sends the offer and the wanted messages, never more than the viewer takes."""
+    """Sends the offer and the wanted messages, never more than the viewer can receive."""
 
     def __init__(self, connection: socket.socket, name: str, feed: TopicFeed,
                  on_end: Callable[['ViewerLink'], None]) -> None:
@@ -161,11 +161,11 @@ class ViewerLink:
 
     @property
     def silent_s(self) -> float:
-        """Return the time since anything came from the viewer [s]."""
+        """Return the time [s] since anything was received from the viewer."""
         return time.monotonic() - self._heard_s
 
     def start(self, offer: Offer, files: Files, topics: Mapping[str, OfferedTopic]) -> None:
-        """Offer, and begin to listen; the viewer has been greeted."""
+        """Send the offer, and start to listen; the viewer has been greeted."""
         connection = self._connection
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.settimeout(_SILENT_S)
@@ -212,7 +212,7 @@ class ViewerLink:
         try:
             self._connection.shutdown(socket.SHUT_RDWR)
         except OSError:
-            return  # the viewer has gone already
+            return  # the viewer has disconnected already
 
     def _read(self) -> None:
         reader = PacketReader(_ASKED_BYTES)
@@ -235,7 +235,7 @@ class ViewerLink:
                 rospy.loginfo('the viewer %s is gone: %s', self.name, error)
         self._feed.want(self, ())
         self.close()
-        self._connection.close()  # a viewer that goes on sending would wait for ever otherwise
+        self._connection.close()  # otherwise a viewer that keeps sending would wait forever
         self._on_end(self)
 
     def _answer(self, packet: Packet) -> None:
@@ -252,7 +252,7 @@ class ViewerLink:
             raise PacketsBroken('it sends requests and does not read the answers')
 
     def _want(self, wanted: Any) -> None:
-        """Subscribe to what the viewer wants; nothing else of it is read until then."""
+        """Subscribe to the topics that the viewer wants, before anything else is read from it."""
         self._ended.wait(max(0.0, self._next_want_s - time.monotonic()))
         self._next_want_s = time.monotonic() + _WANT_PERIOD_S
         topics = wanted if isinstance(wanted, list) else []

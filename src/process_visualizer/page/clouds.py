@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds of depth sensors for a page: cropped as in RViz, a few per second, and thinned."""
+"""Clouds of depth sensors for a page: cropped as in RViz, thinned, and a few per second."""
 from __future__ import annotations
 
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
@@ -41,7 +41,7 @@ def cloud_entries(cell: Cell, recording: Recording, places: FramePlaces,
     for device in cell.devices:
         sent = _sent(device, recording)
         if sent is None:
-            continue  # no cloud, or a joined one
+            continue  # no cloud, or only a joined one
         box = device.roi or (None if sent.are_points else _box_of_a_node(device, cell.frame))
         clouds = []
         problem = 'it was not recorded'
@@ -76,11 +76,11 @@ class _Sent(NamedTuple):
 
 
 def _sent(device: Device, recording: Recording) -> Optional[_Sent]:
-    """Return what there is of a sensor's cloud; None if it has no cloud of its own.
+    """Return the recorded data of a sensor's cloud; None if it has no cloud of its own.
 
-    A cloud that was computed from images is usually not recorded, but the images are. If the
-    configuration does not say which topic is what, the contents do; then colors and intrinsics
-    count only if they are of the depth image's own frame: others are of another camera.
+    A cloud computed from images is usually not recorded, but the images are. If the configuration
+    does not give the functions of the topics, their contents do; then colors and intrinsics are
+    used only if they are in the depth image's frame: others are from another camera.
     """
     def of(topic: Optional[str], message_class: Any) -> SentMessages:
         return SentMessages(recording, topic, message_class)
@@ -113,7 +113,7 @@ def _sent(device: Device, recording: Recording) -> Optional[_Sent]:
 
 
 def _box_of_a_node(device: Device, frame: str) -> Optional[RegionOfInterest]:
-    """Return the box to which a node of the device crops: its parameters center, size and frame."""
+    """Return the box to which a device's node crops, from its parameters center, size, frame."""
     for node in device.nodes:
         given = set_values(node.children)
         center, size = (_vector(given.get(name)) for name in ('/center', '/size'))
@@ -161,7 +161,7 @@ class SentMessages:
     """The messages of a topic, by the times [s] at which they were recorded."""
 
     def __init__(self, recording: Recording, topic: Optional[str], message_class: Any) -> None:
-        """Take a topic, or None for no messages; messages with another definition are left out."""
+        """Read a topic (None: no messages); messages with another definition are left out."""
         index = recording.index
         numbers = [] if topic is None else [
             it for it in index.connections_of(topic)
@@ -237,7 +237,7 @@ def points_of_cloud(cloud: PointCloud2) -> Optional[Points]:
 
 _DEPTHS = {'16UC1': ('u2', 1e-3), 'mono16': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
 _COLORS = {'rgb8': (0, 1, 2), 'bgr8': (2, 1, 0)}
-"""Types and units [m] of depths, and the places of red, green and blue, by encoding."""
+"""Types and units [m] of depths, and the positions of red, green and blue, by encoding."""
 
 
 def points_of_images(depth: Image, color: Optional[Image], info: CameraInfo) -> Optional[Points]:
@@ -280,7 +280,7 @@ def _pixels(image: Image, kind: 'np.dtype[Any]', channels: int) -> Optional[np.n
 
 def _in_cell(points: Points, roi: Optional[RegionOfInterest], places: FramePlaces,
              time_s: float) -> 'Points | str':
-    """Return the points inside the box, in the global frame, or the reason why they are unknown."""
+    """Return the points inside the box, in the global frame, or the reason if they are unknown."""
     place = places.find(points.frame)
     if place is None:
         return f'it is not known where its frame {points.frame} is'

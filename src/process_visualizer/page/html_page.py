@@ -30,7 +30,7 @@ GHOST_STYLE = {
 
 
 class PageParts(NamedTuple):
-    """Contents of a page: data of runs and meshes, the columns that they refer to, and texts.
+    """Contents of a page: data of runs and meshes, the columns to which they refer, and texts.
 
     ``listed`` has the texts of further runs, which have no data.
     """
@@ -84,7 +84,7 @@ def _json(data: Dict[str, Any]) -> str:
 
 
 def _hash(text: str) -> str:
-    """Return the source by which a policy allows an inline script or style."""
+    """Return the hash source with which a policy allows an inline script or style."""
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 

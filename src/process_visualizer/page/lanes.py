@@ -17,7 +17,7 @@ from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.run import Key
 
 _COLUMNS = 1500
-"""Number of columns in the shown part."""
+"""Number of columns of the shown part."""
 _MAX_COLUMNS = 400_000
 
 
@@ -54,7 +54,7 @@ def curves_of(samples: Sequence[Samples], grid: Grid) -> List[Curve]:
 def lane_entries(curves: Sequence[Curve], labels: Mapping[Tuple[str, str, str], str],
                  bands: Mapping[Key, TimelineBand], grid: Grid,
                  packed: Packed) -> List[Dict[str, Any]]:
-    """Return the curves as entries of the page; ``labels`` has their labels in a run."""
+    """Return the curves as entries of the page; ``labels`` are their labels in a run."""
     found = []
     for curve in curves:
         label = labels[(curve.device, curve.label, curve.topic)]

@@ -18,9 +18,9 @@ from process_visualizer.robot.visuals import (
 )
 
 MAX_TRIANGLES = 36_000
-"""Maximum number of triangles on a page: with the ghost, still smooth without a graphics card."""
+"""Maximum number of triangles on a page: smooth without a graphics card, even with the ghost."""
 _MAX_READ_TRIANGLES, _MAX_SHAPES = 5_000_000, 5_000
-"""Maximum numbers before thinning: a model of some kB can show a package's largest mesh often."""
+"""Maximum numbers before thinning: a model of a few kB can show a package's largest mesh often."""
 _FINEST, _COARSEST = 256, 8
 """Grid cells along the longest edge of a mesh; the corners in a cell are merged."""
 _ROUND = 24
@@ -53,7 +53,7 @@ class LinkMeshes:
             f'{_MAX_READ_TRIANGLES} triangles'] if self._left_out else [])
 
     def of(self, visuals: Sequence[LinkVisual]) -> List[LinkMesh]:
-        """Return a mesh for each link that is drawn."""
+        """Return a mesh for each drawn link."""
         by_link: Dict[str, List[ColoredMesh]] = {}
         for visual in visuals:
             mesh = self._shape(visual)

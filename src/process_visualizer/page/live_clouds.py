@@ -25,7 +25,7 @@ _FAR_M = 1e3
 def live_points(data: bytes, most: int) -> Optional[Points]:
     """Return at most ``most`` points of a serialized sensor_msgs/PointCloud2, evenly sampled.
 
-    None: the message is damaged or has no positions.
+    Return None if the message is damaged or has no positions.
     """
     try:
         points = points_of_cloud(PointCloud2().deserialize(data))

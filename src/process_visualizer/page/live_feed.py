@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Messages for the viewers of a live page: each is encoded once, and none is sent when outdated.
 
-The feed keeps the newest message of each kind. A viewer gets those that are new to it after it has
-acknowledged the earlier ones; it never gets messages that were replaced in the meantime. So nothing
-queues up for a slow viewer, and no viewer slows down another.
+The feed keeps the newest message of each kind. A viewer gets the new ones after it has acknowledged
+the earlier ones; it never gets messages that have been replaced in the meantime. So nothing queues
+up for a slow viewer, and no viewer slows down another.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Message = Union[str, bytes]
 MEMORY_S = 300.0
 """Maximum time that a viewer can look back just after it has connected."""
 MAX_RECENT = 1500
-"""Maximum number of frames in an answer; of more, only every second, third, ... is sent."""
+"""Maximum number of frames in an answer; of more frames, every second, third, ... is sent."""
 _LENGTH = Struct('<I')
 
 
@@ -81,21 +81,21 @@ class LiveFeed:
 
 
 _MIN_BYTES, _BEGIN_BYTES = 1500, 4000
-"""Bytes in flight to a viewer: two messages on any link, some more while the link is unknown."""
+"""Bytes in flight to a viewer: two messages on any link, and more while the link is unknown."""
 _QUEUED_S, _MAX_QUEUED_S = 0.2, 0.5
 _CLOUD_SHARE = 0.25
 """Maximum share of the time with a cloud in flight, so that frames do not wait for clouds."""
 _GONE_S = 20.0
 """Time without an answer after which a viewer is considered gone."""
 _GIVES_WAY_S = 5.0
-"""The same when another viewer needs its place: perhaps itself after a lost connection."""
+"""The same if another viewer waits: perhaps the same one, after a lost connection."""
 
 
 class ViewerPace:
     """Decides what a viewer is sent next; times [s] are those of a clock that does not jump.
 
-    On a link slower than the feed, every buffer on the way would fill up, for a delay of seconds.
-    So no more bytes are in flight than the link carries (`LinkWindow`).
+    On a link slower than the feed, every buffer on the way would fill up and cause a delay of
+    seconds. So no more bytes are in flight than the link can carry (`LinkWindow`).
     """
 
     def __init__(self, feed: LiveFeed, now_s: float, has_clouds: bool = False) -> None:
@@ -142,9 +142,9 @@ class ViewerPace:
             self._others.append(slot)
 
     def answered(self, count: int, now_s: float) -> bool:
-        """Take the number of messages received by the viewer; return whether it is valid and new.
+        """Note the number of messages received by the viewer; return whether it is valid and new.
 
-        So a viewer cannot acknowledge more than it was sent.
+        Thus a viewer cannot acknowledge more than was sent to it.
         """
         if not self._answered < count <= self._count:
             return False
@@ -159,13 +159,13 @@ class ViewerPace:
         return True
 
     def is_gone(self, now_s: float, is_awaited: bool = False) -> bool:
-        """Return whether the viewer stopped answering; sooner if another one needs its place."""
+        """Return whether the viewer has stopped answering; sooner if another one waits."""
         longest_s = _GIVES_WAY_S if is_awaited else _GONE_S
         return bool(self._sent) and now_s - self._answered_s > longest_s
 
 
 class Refusal(NamedTuple):
-    """Reason for refusing a request: the HTTP status, and a text for a person."""
+    """Reason for refusing a request: the HTTP status, and a text for the user."""
 
     status: int
     text: str
@@ -178,11 +178,11 @@ class Admission:
     """Decides who may see the page.
 
     The token is the first part of the path. Without a token, only this computer's own names are
-    accepted as host, so that no foreign page can lead a browser here under its own name.
+    accepted as host, so that no other site can direct a browser here under its own name.
     """
 
     def __init__(self, token: str) -> None:
-        """Take the token; '': only this computer can connect, and needs none."""
+        """Initialize with the token; '': only this computer can connect, without a token."""
         self._token = token
 
     def path(self) -> str:

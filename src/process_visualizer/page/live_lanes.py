@@ -17,10 +17,10 @@ LANES = 2
 """First byte of encoded columns; see `LiveLanes.columns`."""
 JOINED = 5
 STEP_S = JOINED * COLUMN_S
-"""Duration of a column of a page: one pixel when a screen shows two minutes."""
+"""Duration of a column on a page: one pixel when a screen shows two minutes."""
 MAX_LANES = 40
 WINDOW_S = 1500 * STEP_S
-"""Duration of the longest LiveWindow that has columns of this duration."""
+"""Duration of the longest LiveWindow with columns of this duration."""
 _HEAD = Struct('<BBHIId')
 
 
@@ -55,7 +55,7 @@ class LiveLanes:
         return self._entries
 
     def take(self, window: LiveWindow) -> None:
-        """Take the newest curves; the window is not longer than WINDOW_S."""
+        """Add the newest curves; the window must not be longer than WINDOW_S."""
         if not window.curves:
             return
         if window.epoch_s != self._epoch_s:  # the recorder was restarted
@@ -88,7 +88,7 @@ class LiveLanes:
                 values[len(values) - step:] = np.nan if values.dtype == float else False
 
     def take_bands(self, bands: LiveBands) -> None:
-        """Take the bands of the last seconds, on the clock of the curves; older ones are kept."""
+        """Update the bands of the last seconds, in the time of the curves; older ones are kept."""
         middles_s = self._epoch_s + STEP_S * (np.arange(self._end - self._count, self._end) + 0.5)
         told = np.floor((middles_s - bands.begin_s) / bands.step_s)
         for lane in self._lanes.values():
@@ -107,7 +107,7 @@ class LiveLanes:
                     self._late = number if self._late is None else min(self._late, number)
 
     def new_columns(self, seconds: float) -> bytes:
-        """Return the columns of the last seconds, and earlier ones if bands came late for them."""
+        """Return the columns of the last seconds, and earlier ones whose bands arrived late."""
         late_s = 0.0 if self._late is None else STEP_S * (self._end - self._late)
         self._late = None
         return self.columns(max(seconds, late_s))

@@ -23,7 +23,7 @@ _SHAPE = Struct('<7d3d4f2i')  # pose, scale, color, lifetime
 _POINT_BYTES, _COLOR_BYTES = 24, 16
 _MAX_TEXT = 1000
 FAR_M = 1e6
-"""Maximum of the numbers of a scene: far greater ones do not fit into a frame."""
+"""Maximum of the numbers in a scene: much greater ones do not fit into a frame."""
 _NUMBERS = slice(0, 14)  # of a shape, without its lifetime
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The scene of a live page: the current places of frames, and the arrows and texts of RViz.
+"""The scene of a live page: the current poses of frames, and the arrows and texts of RViz.
 
-A layout lists the places, arrows and texts; a frame has a row of numbers for each of them, changed
+A layout lists the poses, arrows and texts; a frame has a row of numbers for each of them, changed
 or not, so that any frame may be skipped on its way to a viewer.
 """
 from __future__ import annotations
@@ -47,7 +47,7 @@ _ARROW = Struct('<6f3B')
 _TEXT = Struct('<3BB')
 _POSE = Struct('<7d')
 _MAX_QUATERNION = 1e3
-"""Maximum of its parts; products of far greater ones would overflow."""
+"""Maximum of its parts; products of much greater ones would overflow."""
 _TURN_STEPS = 32_767
 _MAX_TEXT_BYTES = 255
 _NOWHERE = _PLACE.pack(math.nan, math.nan, math.nan, 0, 0, 0, _TURN_STEPS)
@@ -60,16 +60,16 @@ _LIGHT = 0.65  # share of white in a text's color: see nodes/common/markers.py
 
 
 class NewestFrames:
-    """The newest transform of each frame, whatever its stamp, as RViz draws models."""
+    """The newest transform of each frame, regardless of its stamp, as RViz draws models."""
 
     def __init__(self, root: str) -> None:
-        """Begin without frames; places are returned in the frame ``root``."""
+        """Start without frames; poses are returned in the frame ``root``."""
         self._root = root
         self._above: Dict[str, Tuple[str, Placement, bool]] = {}
         self._dropped: Set[str] = set()
 
     def take(self, data: Data, is_static: bool) -> bool:
-        """Take a tf2_msgs/TFMessage; return whether the tree has changed or a fixed frame moved."""
+        """Add a tf2_msgs/TFMessage; return whether the tree has changed or a fixed frame moved."""
         is_other = False
         for it in transforms_in(data):
             child = it.child
@@ -86,9 +86,9 @@ class NewestFrames:
         return is_other
 
     def place(self, frame: str, known: Dict[str, Optional[Placement]]) -> Optional[Placement]:
-        """Return the place of a frame in the root; None if the two are not connected.
+        """Return the pose of a frame in the root; None if the two are not connected.
 
-        ``known`` caches the places found at this moment.
+        ``known`` caches the poses found at this moment.
         """
         passed: List[str] = []
         found: Optional[Placement] = None
@@ -162,16 +162,16 @@ class ShownTool(NamedTuple):
 
 _GHOST, _DEVIATION = '/ghost', '/deviation'
 Visuals = Mapping[str, Sequence[Tuple[str, Placement]]]
-"""The shapes of each device's model in their order: the link, and the place in the link."""
+"""The shapes of each device's model in order: the link, and the pose in the link."""
 
 
 class LiveScene:
-    """Builds the scene from what nodes publish; has no clock and no threads."""
+    """Builds the scene from what nodes publish; without a clock or threads."""
 
     def __init__(self, root: str, parts: Sequence[ShownPart], tools: Dict[str, ShownTool],
                  devices: Sequence[str], sources: Sequence[CurveSource],
                  visuals: Visuals = MappingProxyType({})) -> None:
-        """Take the contents other than markers; ``root`` is the frame of the cell.
+        """Initialize with the contents other than markers; ``root`` is the frame of the cell.
 
         ``devices`` have their own marker topics. The ghost of the reference run has a marker for
         each of a model's ``visuals``.
@@ -191,17 +191,17 @@ class LiveScene:
         self._count = 0
 
     def take_transforms(self, data: Data, is_static: bool) -> None:
-        """Take a message of /tf or /tf_static as bytes."""
+        """Process a serialized message of /tf or /tf_static."""
         self._is_other |= self._frames.take(data, is_static)
 
     def take_markers(self, topic: str, data: Data, now_s: float) -> None:
-        """Take a visualization_msgs/MarkerArray as bytes."""
+        """Process a serialized visualization_msgs/MarkerArray."""
         for marker in markers_in(data):
             key = topic, marker.namespace
             if marker.action == MarkerAction.DELETE_ALL:
                 self._forget(topic)
             elif marker.action == MarkerAction.DELETE:
-                # an arrow and its text share a namespace, but not a number
+                # an arrow and its text share a namespace, but not an id
                 for drawn in (self._arrows, self._texts):
                     before = drawn.get(key)
                     if before is not None and before.marker.number == marker.number:
@@ -223,7 +223,7 @@ class LiveScene:
         drawn[key] = _Drawn(marker, now_s)
 
     def _take_ghost(self, marker: SeenMarker, now_s: float) -> None:
-        """Take the place of a link from the marker of its first shape."""
+        """Set the pose of a link from the marker of its first shape."""
         device = marker.namespace[:-len(_GHOST)]
         found = self._shapes.get((device, marker.number))
         if found is None or (device, marker.number - 1) in self._shapes \
@@ -242,17 +242,17 @@ class LiveScene:
         self._is_other = True
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Return the current place of a frame in the root; None if it is unknown."""
+        """Return the current pose of a frame in the root; None if it is unknown."""
         return self._frames.place(frame, {})
 
     def said(self, topic: str, now_s: float) -> List[str]:
-        """Return the lines of the texts that a topic shows now."""
+        """Return the lines of the texts now shown by a topic."""
         return [line for key, it in self._texts.items() if key[0] == topic and it.is_there(now_s)
                 for line in it.marker.text.split('\n') if line.strip()]
 
     @property
     def layout(self) -> Dict[str, Any]:
-        """Return the places, arrows and texts of a frame, for JSON; `frame` keeps it current.
+        """Return the poses, arrows and texts of a frame, for JSON; `frame` keeps it current.
 
         ``places`` are either fixed (``at``) or have a row in each frame; their rows come first, in
         their order, then those of ``arrows`` and ``texts``.
@@ -262,7 +262,7 @@ class LiveScene:
     def frame(self, time_s: float, now_s: float) -> bytes:
         """Return the current scene as bytes.
 
-        A header (kind, number of the layout, number of the frame, time), then for each moving place
+        A header (kind, number of the layout, number of the frame, time), then for each moving pose
         its position [m] (NaN: unknown) and orientation, for each arrow its foot and vector [m]
         (NaN: none) and color, for each text its color, length and UTF-8.
 
@@ -298,7 +298,7 @@ class LiveScene:
             return _NOWHERE
         turn = _unit(place.quaternion)
         before = self._turns.get(frame, turn)
-        if sum(a * b for a, b in zip(turn, before)) < 0.0:  # so that the page takes the shorter way
+        if sum(a * b for a, b in zip(turn, before)) < 0.0:  # so that the page turns the short way
             x, y, z, w = turn
             turn = -x, -y, -z, -w
         self._turns[frame] = turn
@@ -351,7 +351,7 @@ class LiveScene:
                                    ghosts, tuple(arrows), tuple(texts))
 
     def _shown_tools(self) -> Dict[str, ShownTool]:
-        """Return the tools of models; for robots without a model, the places of their numbers."""
+        """Return the tools of models; for robots without a model, where their numbers are."""
         found = dict(self._tools)
         for (topic, namespace), drawn in self._texts.items():
             if namespace in _QUANTITIES:
@@ -386,7 +386,7 @@ class LiveScene:
             quantity, label = _QUANTITIES[namespace]
             return {'device': _device(topic), 'label': label, 'quantity': quantity}
         place = {'place': numbers[marker.frame], 'foot': list(marker.place.position)}
-        if _device(topic) in self._devices:  # a text without an arrow has its own place
+        if _device(topic) in self._devices:  # a text without an arrow has its own position
             return {'device': _device(topic), 'label': _label(namespace),
                     'quantity': Quantity.NUMBER.value, **({} if key in self._arrows else place)}
         return {'device': namespace, 'label': '', 'quantity': 'note', **place}

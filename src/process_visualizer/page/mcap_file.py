@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A run as an MCAP file for Lichtblick and Foxglove: the contents of a page as ROS 1 messages.
 
-Besides the recording's own messages, the file has the frames of the models and of the
+Besides the recording's own messages, the file contains the frames of the models and of the
 configuration, the models as markers, arrows with their numbers, and each number on its own topic.
 """
 from __future__ import annotations
@@ -36,7 +36,7 @@ _GHOST = 'ghost/'
 _TURN_STEPS = 32_767
 _TEXT_HEIGHT_M, _TEXT_ABOVE_M = 0.045, 0.06
 _MIN_ARROW_M = 1e-4
-_TICK_S = 1e-9  # a row counts at its own time, whatever its last digit
+_TICK_S = 1e-9  # tolerance, so that a row holds at its own time despite rounding
 _NO_NAME = re.compile(r'[^A-Za-z0-9_]+')
 
 
@@ -99,10 +99,10 @@ class _Channels:
 
 
 def _recorded(recording: Recording, span: PageSpan, channels: _Channels) -> Iterator[_Message]:
-    """Yield the last messages of latched topics and all of /tf_static before a span, then its own.
+    """Yield the last latched messages and all of /tf_static before a span, then those in the span.
 
     The recorder's copies of fixed frames are left out: the page's frames include them, at the poses
-    that were saved since.
+    saved later.
     """
     index = recording.index
     begin_ns, end_ns = (recording.begin_ns + round(it * 1e9) for it in span)
@@ -160,7 +160,7 @@ class _Shown:
         return Header(stamp=genpy.Time(nsecs=self._time_ns(time_s)), frame_id=self._page.frame)
 
     def _places(self, number: int, times_s: np.ndarray) -> np.ndarray:
-        """Return x y z [m], x y z w (m, 7) of a place at times; NaN where it is unknown."""
+        """Return a pose x y z [m], x y z w (m, 7) at given times; NaN where it is unknown."""
         entry = self._page.entry['places'][number]
         if 'at' in entry:
             return np.broadcast_to(np.array(entry['at'], float), (len(times_s), 7))
@@ -178,10 +178,10 @@ class _Shown:
         return found
 
     def transforms(self, channels: _Channels) -> Iterator[_Message]:
-        """Yield all known frames, except those that the recording has itself.
+        """Yield all known frames, except those in the recording.
 
         Frames without a mesh are needed, too: those of recorded messages, such as a sensor's, and
-        the one at which the recording's own frames are fixed to the cell.
+        the frame that connects the recording's own frames to the cell.
         """
         places = {frame: number for frame, number in self._frames.items()
                   if frame not in self._sent and frame != self._page.frame}
@@ -249,7 +249,7 @@ class _Shown:
             yield self._message(channel, time_s, MarkerArray(markers))
 
     def _vectors(self, entry: Dict[str, Any], times_s: np.ndarray) -> np.ndarray:
-        """Return an arrow (m, 3) at times; NaN where there is none."""
+        """Return an arrow (m, 3) at given times; NaN where there is none."""
         known_s = self._columns(entry['times'])
         vectors = self._columns(entry['vectors'], 3).astype(float)
         if entry.get('between'):
@@ -355,7 +355,7 @@ def number_rows(entry: Dict[str, Any], packed: Packed) -> Tuple[np.ndarray, np.n
 
 
 def _placed(places: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return points in the outer frame, given the points (m, 3) or (1, 3) in places (m, 7)."""
+    """Return points in the outer frame, given points (m, 3) or (1, 3) in poses (m, 7)."""
     inner = Placements(points, np.array([(0.0, 0.0, 0.0, 1.0)]))
     return Placements(places[:, :3], places[:, 3:]).then(inner).positions
 

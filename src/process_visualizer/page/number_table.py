@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The numbers of a recording as a table: a common time base, a column per curve and joint."""
+"""The numbers of a recording as a table: a common time base, and a column per curve and joint."""
 from __future__ import annotations
 
 import csv

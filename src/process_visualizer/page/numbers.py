@@ -75,10 +75,10 @@ def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Pag
 
 
 def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (n,) and the values (n,) that hold from these times, as in PositionValues.
+    """Return times [s] (n,) and the values (n,) that hold from then on, as in PositionValues.
 
-    A first value shortly after the start holds from the start. The value of a joint in an array is
-    the last number that was read.
+    A first value shortly after the start holds from the start on. The value of a joint in an array
+    is the last number read.
     """
     times_s = samples.times_s.copy()
     with np.errstate(over='ignore', invalid='ignore'):

@@ -28,7 +28,7 @@ _FAR_M = 1e3
 
 Entry = Dict[str, Any]
 """An object in JSON: sensor, number, ``at`` (position [m] and quaternion x y z w), size [m], text,
-color, whether it is seen now, and ``line`` between object and robot [m], if there is a robot."""
+color, whether it is visible now, and ``line`` between object and robot [m], if there is a robot."""
 
 
 class ShownObjects:
@@ -39,7 +39,7 @@ class ShownObjects:
         self._seen: Dict[str, Tuple[float, List[Entry]]] = {}
 
     def take(self, sensor: str, message: DetectedObjects, place: Placement, time_s: float) -> None:
-        """Take the objects of a sensor; ``place`` is the pose of their frame."""
+        """Store the objects of a sensor; ``place`` is the pose of their frame."""
         nearest = sorted(message.objects, key=lambda it: it.distance if it.link else math.inf)
         entries = (_entry(sensor, it, place) for it in nearest[:MAX_OBJECTS])
         self._seen[sensor] = time_s, [it for it in entries if it is not None]
@@ -83,7 +83,7 @@ def _rounded(numbers: Sequence[float]) -> List[float]:
 
 def object_track(devices: Sequence[Device], recording: Recording, places: FramePlaces,
                  packed: Packed, span: PageSpan) -> Dict[str, Any]:
-    """Return the recorded objects as rows, each of which holds until the next one.
+    """Return the recorded objects as rows; each row holds until the next one.
 
     A recording has objects if the topic ``SENSOR/objects`` was recorded.
     """

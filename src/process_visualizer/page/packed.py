@@ -15,9 +15,9 @@ _ALIGNMENT = 8
 _NS_PER_S = 1e9
 _STEPS = {'u2': 65_535, 'u4': 4_294_967_295}
 _LARGE = 6.0
-"""Extent [m] above which a column gets 32 bits; up to it, 16 bits are exact to 0.05 mm."""
+"""Extent [m] above which a column gets 32 bits; up to it, 16 bits are accurate to 0.05 mm."""
 _SHORT_NS = 2**31 - 1
-"""Longest step between two times that fits into four bytes [ns]."""
+"""Maximum step between two times [ns] that fits into four bytes."""
 
 
 class Packed:
@@ -40,13 +40,13 @@ class Packed:
             return self.plain(values.astype(np.float32))
 
     def exact(self, values: np.ndarray) -> Reference:
-        """Add numbers in single precision where that loses nothing, otherwise in double."""
+        """Add numbers in single precision if that is lossless, otherwise in double precision."""
         with np.errstate(over='ignore'):
             short = values.astype(np.float32)
         return self.plain(short if np.array_equal(short, values, equal_nan=True) else values)
 
     def times(self, times_s: np.ndarray) -> Reference:
-        """Add increasing times [s], exact to 1 ns, so that stepping to a message shows it."""
+        """Add increasing times [s], accurate to 1 ns, so that a step to a message shows it."""
         ns = np.rint(np.asarray(times_s, float) * _NS_PER_S).astype(np.int64)
         begin = int(ns[0]) if len(ns) else 0
         steps = np.diff(ns, prepend=begin)

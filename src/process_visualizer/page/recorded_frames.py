@@ -33,7 +33,8 @@ class _Sent(NamedTuple):
 def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Collection[str]) -> None:
     """Add the recording's fixed frames, and the moving frames that lead to the wanted ones.
 
-    Known frames are kept. Moving frames are read completely, so only the needed ones are read.
+    Frames that are known already are kept. Moving frames are read completely, so only the needed
+    ones are read.
     """
     fixed = _fixed(recording)
     sent = _moving(recording)
@@ -63,7 +64,7 @@ def add_recorded_frames(places: FramePlaces, recording: Recording, wanted: Colle
 
 
 def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
-    """Return parent and place of the frames on /tf_static, also of those that a recorder kept."""
+    """Return parent and pose of the frames on /tf_static, and of those stored by a recorder."""
     index = recording.index
     found: Dict[str, Tuple[str, Placement]] = {}
     connections = (*index.connections_of(STATIC_FRAMES), *index.connections_of(STATIC_TF_TOPIC))
@@ -80,7 +81,7 @@ def _fixed(recording: Recording) -> Dict[str, Tuple[str, Placement]]:
 
 
 def _moving(recording: Recording) -> Dict[str, _Sent]:
-    """Return the frames on /tf, whenever they were sent."""
+    """Return all frames that were ever sent on /tf."""
     found: Dict[str, _Sent] = {}
     static = recording.index.connections_of(STATIC_TF_TOPIC)
     for number, pairs in sent_pairs(recording).items():
@@ -94,7 +95,7 @@ def _moving(recording: Recording) -> Dict[str, _Sent]:
 def sent_pairs(recording: Recording) -> Dict[int, List[Tuple[str, str]]]:
     """Return parent and child of all recorded transforms, by connection.
 
-    Each message is looked at, but only one of each layout is parsed.
+    Each message is checked, but only one of each layout is parsed.
     """
     found = {number: TransformFrames() for number, it in enumerate(recording.index.connections)
              if it.type in TF_TYPES}

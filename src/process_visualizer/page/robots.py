@@ -33,7 +33,7 @@ class PageSpan(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """A moving place at increasing ``times_s`` (n,); each pose holds until the next one.
+    """A moving pose at increasing ``times_s`` (n,); each pose holds until the next one.
 
     If ``is_between``, poses are interpolated linearly instead.
     """
@@ -47,17 +47,17 @@ Place = Union[Placement, Moving]
 
 
 class FramePlaces:
-    """Frames by name; only those that are referred to are written to the page."""
+    """Frames by name; only frames that are referred to are written to the page."""
 
     def __init__(self, packed: Packed, span: PageSpan) -> None:
-        """Take the destination of columns, and the shown part of the recording."""
+        """Initialize with the destination of the columns, and the shown part of the recording."""
         self._packed, self._span = packed, span
         self._frames: Dict[str, Place] = {}
         self._numbers: Dict[str, int] = {}
         self.entries: List[Dict[str, Any]] = []
 
     def add(self, frame: str, place: Place) -> None:
-        """Add a frame; if it is known already, its first place is kept."""
+        """Add a frame; if it is known already, its first pose is kept."""
         self._frames.setdefault(frame, place)
 
     @property
@@ -71,11 +71,11 @@ class FramePlaces:
         return tuple(self._frames)
 
     def find(self, frame: str) -> Optional[Place]:
-        """Return the place of a frame; None if it is unknown."""
+        """Return the pose of a frame; None if it is unknown."""
         return self._frames.get(frame)
 
     def number(self, frame: str) -> Optional[int]:
-        """Return the number of a frame in ``entries``; None if its place is unknown."""
+        """Return the number of a frame in ``entries``; None if its pose is unknown."""
         place = self._frames.get(frame)
         if place is None:
             return None
@@ -85,7 +85,7 @@ class FramePlaces:
         return self._numbers[frame]
 
     def entry(self, place: Place) -> Dict[str, Any]:
-        """Return a place as an entry of the page."""
+        """Return a pose as an entry of the page."""
         if isinstance(place, Placement):
             return {'at': [*place.position, *place.quaternion]}
         rows = self._span.rows(place.times_s)
@@ -115,7 +115,7 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
 _TICK_S = 1e-9
 """Time [s] between the two rows of a page around a jump."""
 _MAX_STEP, _FINE_STEP = 0.02, 0.005
-"""Maximum step of a joint between rows [rad or m]: lines are then exact to 0.1 mm or 0.01 mm."""
+"""Maximum step of a joint between rows [rad or m]: lines are then accurate to 0.1 or 0.01 mm."""
 _MAX_BETWEEN = 200
 
 
@@ -131,7 +131,7 @@ class RowsOfJoints(NamedTuple):
 
 
 _MAX_ROWS = 60_000
-"""Maximum rows of a robot: 8 min at 125 Hz; of more, only every second, third, ... is kept."""
+"""Maximum rows of a robot: 8 min at 125 Hz; of more rows, every second, third, ... is kept."""
 
 
 def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpan) -> RowsOfJoints:
@@ -153,12 +153,12 @@ def held_rows(joints: Mapping[str, Tuple[np.ndarray, np.ndarray]], span: PageSpa
 
 
 def rows_held(known_s: np.ndarray, times_s: np.ndarray) -> np.ndarray:
-    """Return the row that holds at each time (m,): the last one so far, or else the first."""
+    """Return the row that holds at each time (m,): the last one up to it, or else the first."""
     return np.maximum(np.searchsorted(known_s, times_s, side='right') - 1, 0)
 
 
 def fine_rows(track: JointTrack, max_step: float = _MAX_STEP) -> RowsOfJoints:
-    """Return the rows of a track, with more of them where a joint moves far between two rows.
+    """Return the rows of a track, with further rows where a joint moves far between two rows.
 
     Rows without positions are left out.
     """
@@ -179,7 +179,7 @@ def fine_rows(track: JointTrack, max_step: float = _MAX_STEP) -> RowsOfJoints:
 
 
 def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict[str, Place]:
-    """Return the places of a model's links, and of the frames that are fixed to the model.
+    """Return the poses of a model's links, and of the frames that are fixed to the model.
 
     A joint without positions is at 0.
     """
@@ -198,7 +198,7 @@ def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict
 
 
 def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
-    """Return the place of a joint's child."""
+    """Return the pose of a joint's child link."""
     if joint.kind not in MOVABLE:
         return carried(parent, joint.origin)
     if joint.name in rows.positions:
@@ -209,7 +209,7 @@ def _moved_by(joint: Joint, parent: Place, rows: RowsOfJoints) -> Place:
 
 
 def resampled(place: Moving, times_s: np.ndarray) -> Placements:
-    """Return a place at other times (n,); outside its own times, the first or last pose holds."""
+    """Return poses at other times (n,); outside the known times, the first or last pose holds."""
     positions, turns = _whole(place)
     if not place.is_between:
         held = rows_held(place.times_s, times_s)
@@ -221,7 +221,7 @@ def resampled(place: Moving, times_s: np.ndarray) -> Placements:
 
 
 def moved_along(parent: Place, inner: Moving) -> Moving:
-    """Return the place of something that moves in a frame, which may also move."""
+    """Return the pose of something that moves in a frame, which may also move."""
     if isinstance(parent, Placement):
         return inner._replace(places=constant(parent).then(inner.places))
     times_s = np.union1d(parent.times_s, inner.times_s)
@@ -230,7 +230,7 @@ def moved_along(parent: Place, inner: Moving) -> Moving:
 
 
 def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
-    """Return a base and a robot's joints at common times, whichever of them moves."""
+    """Return a robot's base and joints at common times, whichever of them moves."""
     if isinstance(base, Placement):
         return base, rows
     if not len(rows.times_s):
@@ -240,7 +240,7 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
         held = rows_held(rows.times_s, times_s)
         return base._replace(times_s=times_s, places=resampled(base, times_s)), RowsOfJoints(
             times_s, {name: values[held] for name, values in rows.positions.items()})
-    if not base.is_between:  # the base jumps to its next place
+    if not base.is_between:  # the base jumps to its next pose
         times_s = np.union1d(times_s, base.times_s - _TICK_S)
     times_s = times_s[(times_s >= rows.times_s[0]) & (times_s <= rows.times_s[-1])]
     return Moving(times_s, resampled(base, times_s), True), RowsOfJoints(times_s, {
@@ -249,14 +249,14 @@ def standing_on(base: Place, rows: RowsOfJoints) -> Tuple[Place, RowsOfJoints]:
 
 
 def carried(parent: Place, inner: Placement) -> Place:
-    """Return the place of something fixed to a frame."""
+    """Return the pose of something fixed to a frame."""
     if isinstance(parent, Placement):
         return parent.then(inner)
     return parent._replace(places=parent.places.then(constant(inner)))
 
 
 def base_place(device: Device) -> Placement:
-    """Return the place of a device's model root in the cell."""
+    """Return the pose of a device's model root in the cell."""
     if device.base is None:
         return Placement()
     x, y, z, w = (float(it) for it in quaternion_from_ypr(device.base.pose.ypr))

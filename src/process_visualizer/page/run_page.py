@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A run as data of a page: all that the browser draws, computed by the program's functions."""
+"""A run as data of a page: all that the browser draws, computed by the program's own functions."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -142,7 +142,7 @@ class PageCell:
         self.meshes, self.parts = self._meshes()
 
     def _meshes(self) -> Tuple[List[Dict[str, Any]], List[Dict[str, Any]]]:
-        """Return the meshes, equal ones once, and the mesh of each link of each device."""
+        """Return the meshes, equal ones only once, and the mesh of each link of each device."""
         reader, found = LinkMeshes(), []
         for name, model in self.models.items():
             found += [(name, it) for it in reader.of(link_visuals(model.text))]
@@ -175,13 +175,13 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
     """Return the data of a run.
 
     Args:
-        shared: what the runs of a page share.
+        shared: the models that the runs of a page share.
         recording: the run's recording.
         judged: the run.
         span: the shown part of the recording.
-        packed: takes the columns.
+        packed: collects the columns.
         with_clouds: include the clouds of depth sensors.
-        with_frames: include every known frame, also those to which nothing on a page refers.
+        with_frames: include every known frame, even if nothing on the page refers to it.
     """
     cell, run = shared.cell, judged.run
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
@@ -245,7 +245,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Page
 
 
 def _base(places: FramePlaces, arm: GhostArm) -> Place:
-    """Return the place of a robot's base: as configured, otherwise as recorded."""
+    """Return the pose of a robot's base: as configured, otherwise as recorded."""
     found = places.find(arm.root)
     return base_place(arm.device) if arm.device.base is not None or found is None else found
 

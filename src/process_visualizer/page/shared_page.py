@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs, or parts of runs, chosen for sharing, and their page."""
+"""Runs, or parts of runs, to be shared, and their page."""
 from __future__ import annotations
 
 import os
@@ -29,7 +29,7 @@ MAX_S = 900.0
 class ChosenSpans(NamedTuple):
     """Runs with the chosen part of each recording, and the good runs, if there are any.
 
-    ``cell`` is the given cell; None: each recording's own. ``known`` are runs that have already
+    ``cell`` is the given cell; None: that of each recording. ``known`` are runs that have already
     been compared.
     """
 

@@ -18,7 +18,7 @@ from process_visualizer.robot.frames import Frame
 
 @dataclass(frozen=True)
 class WatchedDevice:
-    """A watched device: the place of its texts, its nodes, and the topics that RViz shows."""
+    """A watched device: the position of its texts, its nodes, and the topics that RViz shows."""
 
     name: str
     frame: str

@@ -17,7 +17,7 @@ class Parameters:
     """Typed reading of a (nested) dictionary of parameters; errors name the full parameter."""
 
     def __init__(self, values: Any, path: str) -> None:
-        """Take the parameters of a namespace as a dictionary, and the namespace."""
+        """Initialize with the parameters of a namespace as a dictionary, and the namespace."""
         if not isinstance(values, Mapping):
             raise ParameterError(f'parameter {path}: a group of parameters is expected, '
                                  f'not {shown(values)}')
@@ -111,7 +111,7 @@ class Parameters:
 
 
 def shown(value: Any) -> str:
-    """Return a value for a message; of a long one the beginning."""
+    """Return a value as text for a message; a long one is cut."""
     text = repr(value)
     return text if len(text) <= _SHOWN_CHARACTERS else f'{text[:_SHOWN_CHARACTERS]}…'
 
@@ -128,7 +128,7 @@ def written_color(color: Color) -> List[float]:
 
 
 def opaque(color: Sequence[float]) -> Color:
-    """Return red, green and blue (3,) as an opaque color."""
+    """Return an opaque color from red, green and blue (3,)."""
     red, green, blue = color
     return red, green, blue, 1.0
 

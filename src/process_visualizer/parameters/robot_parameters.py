@@ -16,7 +16,7 @@ _FEET = ('reported', 'tool_frame')  # origins of the arrows
 
 @dataclass(frozen=True)
 class TopicParameters:
-    """A topic that a node reads; without a name the robot does not have the quantity."""
+    """A topic that a node reads; if the name is empty, the robot does not have the quantity."""
 
     name: str = ''
     message_type: str = ''  # package/Type; empty: the type found on the topic
@@ -41,11 +41,11 @@ class TopicParameters:
 
 @dataclass(frozen=True)
 class TextParameters:
-    """The place of a robot's numbers (see robot.arrows.label_offset), and their size."""
+    """The position of a robot's numbers (see robot.arrows.label_offset), and their size."""
 
     height_m: float = 0.05
     outward_m: float = 0.08
-    up_m: float = 0.3  # past a wrist
+    up_m: float = 0.3  # enough to clear a wrist
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class RobotParameters:
     velocity_window_s: float = 0.2
     stale_after_s: float = STALE_AFTER_S
     foot_at_tool_frame: bool = False  # otherwise arrows begin at the tool that the driver reports
-    tool_limit_m: float = 0.01  # from here a reported tool differs from the model's tool
+    tool_limit_m: float = 0.01  # above this, a reported tool differs from the model's tool
     tool_limit_rad: float = 0.1
     link_prefix: str = ''  # prefix of the model's link names in the configuration
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The color of a variable by its value: plain, on a scale, or that of a limit."""
+"""The color of a variable by its value: plain, on a scale, or the warning color of a limit."""
 from __future__ import annotations
 
 import math

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback: timeline, scene at a time, mapping of stamps, steps, the engine (pure: no ROS)."""
+"""Playback: timeline, scene at a time, stamp mapping, steps, engine (pure: no ROS)."""

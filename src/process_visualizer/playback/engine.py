@@ -55,7 +55,7 @@ class ShownScene(NamedTuple):
         return ShownScene(row + (direction == FORWARD), self.scene)
 
     def without(self, row: int, direction: int) -> ShownScene:
-        """Return the scene before passing the message in a row, which is taken back."""
+        """Return the scene before the message in a row was passed, as the message is taken back."""
         return self._replace(passed=row + (direction == BACKWARD))
 
     def standing(self, passed: int, bag_ns: int) -> ShownScene:
@@ -63,7 +63,7 @@ class ShownScene(NamedTuple):
         return self._replace(passed=passed, paused_ns=bag_ns)
 
     def visible(self, index: BagIndex, state: TimelineState, bag_ns: int) -> int:
-        """Return how many messages are visible at a position [bag ns], whatever was published.
+        """Return the number of messages visible at a position [bag ns], whatever was published.
 
         While paused after a step, these are the messages up to the target of the step: later ones
         may have the same time.
@@ -89,19 +89,19 @@ ANSWER_S = 10.0
 class Playback:
     """Publishes the messages that the timeline makes visible; ``run`` is the work of one thread.
 
-    The published messages are the scene at the position at any time: after a jump the scene is
-    restored; forward each message is published when its time comes; backward each is replaced by
-    the one before it. When the machine cannot keep up, the timeline slips: all messages are
-    delayed by the same time.
+    At any time, the published messages are the scene at the position: after a jump, the scene is
+    restored; forward, each message is published when its time is reached; backward, each is
+    replaced by the one before it. When the machine cannot keep up, the timeline slips: all messages
+    are delayed by the same time.
 
     Messages are prepared and given to the output LEAD_NS before they are due. The output sends them
-    on time whatever else the machine does; at a command, messages not sent yet are taken back.
+    on time whatever else the machine does; after a command, messages not sent yet are taken back.
     """
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
                  restamp: bool = True, clock: Optional[Clock] = None,
                  lead_bytes: int = LEAD_BYTES, uneven_parts: Optional[UnevenParts] = None) -> None:
-        """Take a recording, a timeline within it, and the output for its messages.
+        """Initialize with a recording, a timeline within it, and the output for its messages.
 
         With ``restamp`` the stamps in messages are moved to the present. At most about
         ``lead_bytes`` are given to the output before they are due. Without ``uneven_parts`` play is
@@ -130,7 +130,7 @@ class Playback:
 
     @property
     def passed(self) -> int:
-        """Return how many messages of the recording make up the published scene."""
+        """Return the number of messages of the recording up to the published scene."""
         return self._shown.passed
 
     @property
@@ -140,7 +140,7 @@ class Playback:
 
     @property
     def left_out(self) -> Dict[str, int]:
-        """Return how many messages of each topic could not be played so far."""
+        """Return the number of messages of each topic that could not be played so far."""
         return self._loader.left_out
 
     def not_begun(self, bag_ns: int) -> List[str]:
@@ -166,12 +166,12 @@ class Playback:
         self._timeline.interrupt()
 
     def repeat_scene(self) -> None:
-        """Publish the scene once more, for receivers that are new or have discarded it."""
+        """Publish the scene again, for receivers that are new or have discarded it."""
         self._repeat = True
         self._timeline.interrupt()
 
     def show_again(self) -> None:
-        """Publish the scene once more, and again after a quiet time.
+        """Publish the scene again, and once more after a quiet time.
 
         A change at the receivers, such as a frame, may take effect only after the first time.
         """
@@ -184,12 +184,12 @@ class Playback:
         Raises:
             CommandRefused: there is nothing to step to, or playback did not begin the step in time.
         """
-        if not self._runs:  # nothing is published yet: ``run`` will begin at the target
+        if not self._runs:  # nothing has been published yet: ``run`` will begin at the target
             return self._stepped(step)[1]
         return target_in_time(self.request(step), answer_s, self._clock)
 
     def request(self, step: Step) -> Future[StepTarget]:
-        """Ask for a step without waiting for it."""
+        """Request a step without waiting for it."""
         answer = self._steps.add(step)
         self._timeline.interrupt()
         return answer
@@ -213,7 +213,7 @@ class Playback:
         self._shown = scene_after_jump(self._index, state)
         self._output.jump(state.bag_ns)
         self._restore(state, begins)
-        if not state.paused:  # restoring took time: what follows must not come in a burst
+        if not state.paused:  # restoring took time: the next messages must not be a burst
             self._timeline.slip_to(state.bag_ns, state.version, begins=True)
 
     def _work(self, state: TimelineState) -> None:
@@ -245,7 +245,7 @@ class Playback:
         self._settles = True
 
     def _play(self, state: TimelineState) -> None:
-        """Publish the next message when it is due, unless a command comes before."""
+        """Publish the next message when it is due, unless a command comes first."""
         self._shown = self._shown.moving()
         position, step = self._shown.next_message(state.forward)
         if not self._is_before_limit(position, state):
@@ -275,8 +275,8 @@ class Playback:
     def _rest(self, state: TimelineState) -> None:
         """Wait for a command; after a quiet time, publish the scene once more.
 
-        Receivers that match messages with similar stamps take a pair only when the next one
-        arrives; without it they would show the previous pair.
+        Receivers that match messages with similar stamps accept a pair only when the next one
+        arrives; otherwise they would show the previous pair.
         """
         self._catch_up(state)
         until_ns = None if state.held else self._output.settled_ns
@@ -284,7 +284,7 @@ class Playback:
             self._publish_again(state)
 
     def _catch_up(self, state: TimelineState) -> None:
-        """Publish messages that were visible at the pause, but not published yet."""
+        """Publish the messages that were visible at the pause but have not been published yet."""
         if self._shown.paused_ns != state.bag_ns:
             passed, count = self._shown.passed, self._index.count_until(state.bag_ns)
             self._shown = self._shown.standing(count, state.bag_ns)
@@ -309,7 +309,7 @@ class Playback:
         return time_ns <= state.limit_ns if state.forward else time_ns > state.limit_ns
 
     def _kept_up(self, bag_ns: int, version: int) -> Optional[TimelineState]:
-        """Slip if a message is too late; return the state afterwards, None if a command came."""
+        """Slip if a message is too late; return the new state, or None if a command came."""
         due_ns = self._timeline.state.due_ns(bag_ns)
         if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATENESS_LIMIT_NS:
             self._timeline.slip_to(bag_ns, version)
@@ -355,12 +355,12 @@ class Playback:
 class UnevenParts:
     """The options of `rosbag play` for uneven playback, which apply only forward.
 
-    All but ``heard`` and ``toggle_pauses`` is for the publishing thread only.
+    All methods but ``heard`` and ``toggle_pauses`` are for the publishing thread only.
     """
 
     def __init__(self, timeline: Timeline, skip_empty_ns: Optional[int] = None,
                  pause_topics: Iterable[str] = (), max_delay_ns: Optional[int] = None) -> None:
-        """Take the timeline and the options.
+        """Initialize with the timeline and the options.
 
         Args:
             timeline: of the recording that is played.
@@ -396,7 +396,7 @@ class UnevenParts:
     def goes_on(self, index: BagIndex, position: int, state: TimelineState) -> bool:
         """Skip, pause or hold before the message at a position, if an option demands it.
 
-        Return False if that was done or a command came, True if play simply goes on.
+        Return False if that was done or a command came, True if play simply continues.
         """
         if not state.forward:
             return True
@@ -453,6 +453,6 @@ class UnevenParts:
 
 
 def _before(index: BagIndex, position: int, state: TimelineState) -> int:
-    """Return the bag time [ns] from which nothing more comes before a message."""
+    """Return the bag time [ns] after which there is nothing more before a message."""
     last_ns = int(index.time_ns[position - 1]) if position else state.begin_ns
     return max(last_ns, state.bag_ns)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loading of messages with the places of their stamps, so that they are ready to be sent."""
+"""Loading of messages with the offsets of their stamps, so that they are ready to be sent."""
 from __future__ import annotations
 
 import threading
@@ -45,7 +45,7 @@ class MessageLoader:
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Take a recording."""
+        """Initialize with a recording."""
         self._recording = recording
         self._index = recording.index
         self._lock = threading.Lock()
@@ -61,7 +61,7 @@ class MessageLoader:
 
     @property
     def left_out(self) -> Dict[str, int]:
-        """Return how many messages of each topic could not be played so far."""
+        """Return the number of messages of each topic that could not be played so far."""
         with self._lock:
             return dict(Counter(map(self._topic, self._left_out)))
 
@@ -95,7 +95,7 @@ class MessageLoader:
         return LoadedMessage(connection, int(self._index.time_ns[position]), data, tuple(offsets))
 
     def _offsets(self, number: int, data: Data) -> List[int]:
-        """Return the offsets of the stamps; none if the definition proves to be wrong."""
+        """Return the offsets of the stamps; none if the definition turns out to be wrong."""
         locator = self._locator(number)
         try:
             return locator.checked_offsets(data) if locator else []
@@ -155,7 +155,7 @@ def _is_whole(connection: Connection) -> bool:
 
 
 def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:
-    """Return the first stamp in a message as its eight bytes; nothing if it is missing or zero."""
+    """Return the first stamp in a message as its eight bytes; empty if it is missing or zero."""
     for offset in message.stamp_offsets[:1]:
         stamp = bytes(memoryview(message.data)[offset:offset + STAMP_BYTES])
         return (stamp,) if any(stamp) else ()

@@ -8,8 +8,9 @@ SILENT_AFTER_S = 1.0  # without a state from the player, which sends ten per sec
 _MEMORY = 64  # states: some seconds
 _MAX_POSITION_S, _MAX_RATE = 1e9, 1e3
 _LAST_DATA_S, _SWITCH_S = 0.3, 3.0
-"""Time after a player's last state in which data of it may still come [s], and time until the first
-state of another one is heard, if recordings are switched; after longer, a live cell may have run.
+"""Time [s] after a player's last state in which its data may still arrive, and maximum time [s]
+until another player's first state when recordings are switched; after longer, a live cell may have
+run.
 """
 _PAUSED_SPEED = 1e-5
 """Speed of the data clock while playback is paused: 0.4 s in ten hours."""
@@ -36,7 +37,7 @@ class ClockState(NamedTuple):
 
     def position_at(self, wall_s: float) -> float:
         """Return the position [s] at a wall time, assuming that the state holds then."""
-        if self.since_s > self.stamp_s:  # play begins a moment later
+        if self.since_s > self.stamp_s:  # play begins slightly later
             return self.position_s + max(wall_s - self.since_s, 0.0) * self.speed()
         return self.position_s + (wall_s - self.stamp_s) * self.speed()
 
@@ -56,9 +57,8 @@ class BagTime(NamedTuple):
 class PlaybackClock:
     """Maps wall times to bag times; without a player, times stay as they are.
 
-    Each state holds until the next one begins. A playing state is extrapolated with its rate, but
-    not past the position at which the next one begins, which is nearer if the player could not keep
-    up.
+    Each state holds until the next one begins. A playing state is extrapolated at its rate, but not
+    past the position at which the next one begins, which is closer if the player could not keep up.
 
     States come from one thread; reading is safe from others.
     """
@@ -69,7 +69,7 @@ class PlaybackClock:
         self._begin = (0.0, 0.0)  # of the present player: wall time, data time
 
     def add(self, state: ClockState) -> None:
-        """Take the player's next state; start over if its clock was set back.
+        """Add the player's next state; start over if its clock was set back.
 
         An unusable state changes nothing: NaN would stay in all later times.
         """
@@ -82,7 +82,7 @@ class PlaybackClock:
         if is_other:
             begin_s = state.begin_s()
             if last is not None and begin_s - last.stamp_s < _SWITCH_S:
-                begin_s = min(begin_s, last.stamp_s + _LAST_DATA_S)  # it has sent since then
+                begin_s = min(begin_s, last.stamp_s + _LAST_DATA_S)  # it was sending before
             self._begin = begin_s, self.data_time_s(begin_s)
         if last is not None and state.stamp_s < last.stamp_s:
             self._states = ()
@@ -124,8 +124,8 @@ class PlaybackClock:
     def age_s(self, arrival_s: float, wall_s: float) -> float:
         """Return the age [s] at a wall time of data that arrived at a time of the data clock.
 
-        Data from before the player began is not part of its recording: it ages while playback is
-        paused, too.
+        Data from before the player began is not part of its recording: it also ages while playback
+        is paused.
         """
         begin_s, data_s = self._begin
         if self.is_from_before(arrival_s):
@@ -133,7 +133,7 @@ class PlaybackClock:
         return max(self.data_time_s(wall_s) - arrival_s, 0.0)
 
     def is_from_before(self, arrival_s: float) -> bool:
-        """Return whether data is from before the present player, by its arrival; see ``age_s``."""
+        """Return whether data arrived before the present player began; see ``age_s``."""
         return bool(self._states) and arrival_s < self._begin[1]
 
     def data_time_s(self, wall_s: float) -> float:
@@ -153,7 +153,7 @@ def _extrapolated(state: ClockState, wall_s: float,
                   following: Optional[ClockState]) -> BagTime:
     time_s = state.position_at(wall_s)
     if (following is not None and following.segment == state.segment
-            and not state.paused and not following.paused):  # a step pauses, and may go back
+            and not state.paused and not following.paused):  # a step pauses, and may go backward
         nearer = min if state.rate > 0.0 else max
         time_s = nearer(time_s, following.position_at(following.begin_s()))
     return BagTime(state.segment, time_s, state.speed())

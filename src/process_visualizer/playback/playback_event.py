@@ -18,7 +18,7 @@ from process_visualizer.playback.message_loader import LoadedMessage, MessageLoa
 from process_visualizer.playback.scene import PartialMessages, Scene, SensorTimes, StaticScene
 
 MOMENT_NS = 200_000_000
-"""Time from the beginning; first messages within it count as present from the beginning."""
+"""Time after the beginning; first messages within it count as present from the beginning on."""
 _PARTNERS = 2  # earlier messages per topic that may belong to the last messages of other topics
 
 
@@ -30,12 +30,12 @@ class PlaybackEvent(NamedTuple):
 
     @property
     def published(self) -> int:
-        """Return how many of the messages are published."""
+        """Return the number of messages that are published."""
         return sum(not message.withdrawn for message in self.messages)
 
     @property
     def size(self) -> int:
-        """Return the approximate memory that the event takes [bytes]."""
+        """Return the approximate memory [bytes] used by the event."""
         return 300 + sum(300 + len(message.data) for message in self.messages)
 
 
@@ -48,7 +48,7 @@ class EventMaker:
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader, begin_ns: int) -> None:
-        """Take the index and the loader of a recording, and its beginning [bag ns]."""
+        """Initialize with the index and the loader of a recording, and its beginning [bag ns]."""
         self._index = index
         self._loader = loader
         self._scene = Scene(index)
@@ -86,7 +86,7 @@ class EventMaker:
     def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
         """Return the event of jumping to the scene after ``count`` messages from any position.
 
-        When playback only ``begins``, nothing was published before that would have to disappear.
+        When playback only ``begins``, nothing has been published that would have to disappear.
         """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
@@ -106,7 +106,7 @@ class EventMaker:
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
 
     def held(self, topic: str, bag_ns: int) -> List[int]:
-        """Return the positions (rising) of each joint's newest messages before a bag time [ns].
+        """Return the positions (ascending) of each joint's newest messages before a bag time [ns].
 
         The list is empty for a topic without joints.
         """
@@ -134,7 +134,7 @@ class EventMaker:
         return messages + self._loader.load_all(self._replaced(position, shown, with_markers))
 
     def _replaced(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
-        """Return the positions (rising) to publish in place of the message at a position."""
+        """Return the positions (ascending) to publish in place of the message at a position."""
         if with_markers:
             time_ns = int(self._index.time_ns[position]) - 1
             return sorted({*shown, *self._partial.beside(shown, time_ns)})
@@ -143,7 +143,7 @@ class EventMaker:
     def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
         """Return the messages at some positions, and earlier ones that share a stamp with them.
 
-        A camera's info comes before its image, so the newest of both often do not belong together;
+        A camera's info precedes its image, so the newest of both often do not belong together;
         receivers that match them by their stamps would have nothing to show.
         """
         loaded = {position: message for position in positions
@@ -166,7 +166,7 @@ class EventMaker:
             yield position
 
     def _static_messages(self, topic: str, count: int) -> List[LoadedMessage]:
-        """Return the static transforms of a topic as one message, or its withdrawal without any."""
+        """Return the static transforms of a topic as one message; its withdrawal without any."""
         static = self._static[topic]
         return static.messages(count) or self._withdrawals([static.connection])
 
@@ -204,14 +204,14 @@ class ReadAhead:
     """
 
     def __init__(self, events: EventMaker, count: int, limit_bytes: int = 32 << 20) -> None:
-        """Take the maker of events and the number of messages."""
+        """Initialize with the maker of events and the number of messages."""
         self._events = events
         self._count = count
         self._limit_bytes = limit_bytes
         self._changed = threading.Condition()
         self._ready: Deque[PlaybackEvent] = deque()
         self._ready_bytes = 0
-        self._first = self._next = -1  # positions: of the first ready event, and to be read next
+        self._first = self._next = -1  # positions: of the first ready event, and the next to read
         self._step = FORWARD
         self._run = 0  # grows at each restart
         self._closed = False
@@ -261,7 +261,7 @@ class ReadAhead:
         event = self._ready.popleft()
         self._ready_bytes -= event.size
         self._first += self._step
-        self._changed.notify_all()  # read on now, when the next message is not due yet
+        self._changed.notify_all()  # continue reading now, before the next message is due
         return event
 
     def _restart(self, position: int, step: int) -> None:
@@ -283,7 +283,7 @@ class ReadAhead:
     def _read(self) -> None:
         try:
             self._read_until_closed()
-        except Exception as error:  # any exception: ``take`` raises it
+        except Exception as error:  # ``take`` raises any exception
             self._failure = error
 
     def _read_until_closed(self) -> None:

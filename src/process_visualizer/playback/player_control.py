@@ -16,7 +16,7 @@ from process_visualizer.playback.timeline import (
 )
 
 _MAX_S = 1e9
-"""Maximum length of a recording [s]; times far above do not fit into nanoseconds."""
+"""Maximum duration of a recording [s]; much longer times in nanoseconds would overflow."""
 
 
 class PlayerStatus(NamedTuple):
@@ -32,20 +32,20 @@ class PlayerStatus(NamedTuple):
     paused: bool
     loop: Optional[Tuple[float, float]] = None
     dropped: int = 0  # messages
-    mark: str = ''  # label of the last one
+    mark: str = ''  # label of the last mark
     segment: int = 0
-    since_ns: int = 0  # monotonic time since which the position moves (or stands) as now
+    since_ns: int = 0  # monotonic time since which the position moves (or is paused) as now
     monotonic_ns: int = 0  # the time for which the position holds
 
 
 class PlayerControl:
-    """Commands for any thread. Each returns a text that says what was done.
+    """Commands, for use by any thread. Each returns a text that says what was done.
 
-    A command that cannot be met changes nothing and raises CommandRefused, with the reason.
+    A command that cannot be carried out changes nothing and raises CommandRefused, with the reason.
     """
 
     def __init__(self, timeline: Timeline, playback: Playback) -> None:
-        """Take the timeline and the playback to control."""
+        """Initialize with the timeline and the playback to control."""
         self._timeline = timeline
         self._playback = playback
         self._pause_requested = False

@@ -43,14 +43,14 @@ class Scene:
     The scene has the last message of each topic. If each publisher of a topic has a state of its
     own, it has the last message of each publisher (a source): on latched topics, and for
     transforms, which several nodes publish on /tf. A receiver that keeps only one message has that
-    of the newest source. The scene has every message on /tf_static, since they add to each other.
+    of the newest source. The scene has every message on /tf_static, because these messages add up.
 
-    A count of messages stands for a time. With ``moment`` (also a count), a topic without a message
-    so far has its first message if that is among the first ``moment`` ones.
+    A number of messages represents a time. With ``moment`` (also a number of messages), a topic
+    without a message so far has its first message if that is among the first ``moment`` messages.
     """
 
     def __init__(self, index: BagIndex) -> None:
-        """Take an index."""
+        """Initialize with an index."""
         self._index = index
         self._sources = sources(index.connections)
         self._numbers: Dict[int, List[int]] = {}  # connections by their source
@@ -67,12 +67,12 @@ class Scene:
 
     @property
     def static_topics(self) -> Dict[str, np.ndarray]:
-        """The topics of static transforms, with the positions (rising) of all their messages."""
+        """The topics of static transforms, with the positions (ascending) of all their messages."""
         return {topic: self._index.positions_of(numbers)
                 for topic, numbers in self._static.items()}
 
     def positions(self, count: int, moment: int = 0) -> List[int]:
-        """Return the positions (rising) of the messages in the scene after ``count`` messages.
+        """Return the positions (ascending) of the messages in the scene after ``count`` messages.
 
         Static transforms are not included.
         """
@@ -80,7 +80,7 @@ class Scene:
                       for position in self.positions_of(topic, count, moment))
 
     def positions_of(self, topic: str, count: int, moment: int = 0) -> List[int]:
-        """Return the positions in the scene for one topic, as ``positions``."""
+        """Return the positions in the scene for one topic; see ``positions``."""
         newest = {source: self._last(source, count) for source in self._topics[topic]}
         found = [last for last in newest.values() if last is not None]
         absent = [source for source, last in newest.items() if last is None]
@@ -90,7 +90,7 @@ class Scene:
         return sorted([*found, *(first for first in firsts if first < moment)])
 
     def shown_again(self, position: int) -> List[int]:
-        """Return the positions (rising) of messages to show again in place of a message.
+        """Return the positions (ascending) of messages to show again in place of a message.
 
         These are the message that it had replaced, and the topic's newest message before it.
         """
@@ -123,7 +123,7 @@ class Scene:
         return min(int(self._index.positions(number)[0]) for number in self._numbers[source])
 
     def messages_of(self, source: int) -> np.ndarray:
-        """Return the positions (rising) of a source's messages."""
+        """Return the positions (ascending) of a source's messages."""
         return self._index.positions_of(self._numbers[source])
 
     def messages_by_connection(self, source: int) -> List[np.ndarray]:
@@ -159,7 +159,7 @@ def is_static(connection: Connection) -> bool:
 
 
 def sources(connections: Sequence[Connection]) -> List[int]:
-    """Return for each connection the first of those that replace each other's messages.
+    """Return, for each connection, the first of the connections that replace each other's messages.
 
     A node restarted under the same name replaces its earlier messages.
     """
@@ -183,27 +183,27 @@ SAMPLES = 60
 """Messages of each publisher, half of them the first, that show whether joints come in groups."""
 
 Groups = Dict[FrozenSet[bytes], np.ndarray]
-"""The positions (rising) of a source's messages, by the keys of their parts."""
+"""The positions (ascending) of a source's messages, by the keys of their parts."""
 
 
 class PartialMessages:
-    """The messages that complete a source's newest message, which may hold only some parts.
+    """The messages that complete a source's newest message, which may contain only some parts.
 
-    Most publishers put all parts in one message; only a few messages of them are read. The known
-    parts of a source are searched among its last messages. The position of a joint holds however
-    long ago it was sent: the messages of a source that sends its joints in groups are all read,
+    Most publishers put all parts in one message; only a few of their messages are read. The known
+    parts of a source are searched among its last messages. The position of a joint holds no matter
+    how long ago it was sent: all messages of a source that sends its joints in groups are read,
     once.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader, scene: Scene) -> None:
-        """Take the index and the loader of a recording, and its scene."""
+        """Initialize with the index and the loader of a recording, and its scene."""
         self._index = index
         self._loader = loader
         self._scene = scene
         self._readers: List[Optional[PartsReader]] = [
             parts_reader(connection) for connection in index.connections]
         self._known: Dict[int, Set[bytes]] = {}  # keys, by source
-        self._groups: Dict[int, Groups] = {}  # of sources whose parts last
+        self._groups: Dict[int, Groups] = {}  # of sources whose parts do not expire
 
     def beside(self, positions: Iterable[int], time_ns: int) -> List[int]:
         """Return the positions of earlier messages that still hold at a bag time [ns].
@@ -214,7 +214,7 @@ class PartialMessages:
                 for earlier in self._beside(position, time_ns)]
 
     def replaced(self, position: int) -> List[int]:
-        """Return the positions (rising) of messages that restore what a message replaced."""
+        """Return the positions (ascending) of messages that restore what a message replaced."""
         if self._reader(position) is None:
             return []
         missing = self._keys(self._parts(position))
@@ -231,7 +231,7 @@ class PartialMessages:
 
     @staticmethod
     def _with_later(messages: Iterable[Tuple[int, Set[bytes]]], wanted: Set[int]) -> List[int]:
-        """Return the wanted ones of some messages (rising), and those that update their parts."""
+        """Return the wanted messages (ascending), and those that update their parts."""
         chosen: List[int] = []
         covered: Set[bytes] = set()
         for position, keys in messages:
@@ -259,7 +259,7 @@ class PartialMessages:
     def _earlier(self, position: int) -> Iterator[int]:
         """Yield the positions of the source's messages before a message, the nearest first.
 
-        If the source sends lasting parts in groups, only the last message of each group counts.
+        If the source sends lasting parts in groups, only the last message of each group is used.
         """
         groups = self._groups_of(position)
         if len(groups) > 1:
@@ -295,7 +295,7 @@ class PartialMessages:
         return {keys: np.array(it) for keys, it in groups.items()}
 
     def _parts(self, position: int) -> Parts:
-        """Return the parts of a message; none if it is unreadable, as for its receivers."""
+        """Return the parts of a message; none if it is unreadable, also for its receivers."""
         reader, message = self._reader(position), self._loader.load(position)
         if reader is None or message is None:
             return ()
@@ -319,7 +319,7 @@ def _samples(positions: np.ndarray) -> np.ndarray:
 
 
 class _Versions(NamedTuple):
-    """Versions of one frame: positions of messages (rising), and the bytes in them."""
+    """Versions of one frame: positions of messages (ascending), and the bytes in them."""
 
     positions: List[int]
     transforms: List[bytes]
@@ -334,12 +334,12 @@ class StaticScene:
     """
 
     def __init__(self, loader: MessageLoader, positions: np.ndarray) -> None:
-        """Take the loader and the positions (rising) of the topic's messages."""
+        """Initialize with the loader and the positions (ascending) of the topic's messages."""
         self._loader = loader
         self._positions = positions.tolist()
         self.connection = loader.connection(self._positions[0])
         self._lock = threading.Lock()
-        self._read = 0  # how many of the messages
+        self._read = 0  # number of messages read
         self._frames: Dict[bytes, _Versions] = {}
 
     def messages(self, count: int) -> List[LoadedMessage]:
@@ -380,7 +380,7 @@ class StaticScene:
 
 MAX_DELAY_NS = 200_000_000
 """Maximum delay [bag ns] of passing a message; older stamps are ignored."""
-_NEAR_NS = 25_000_000  # a message within this time before a moment stands for it, else the next one
+_NEAR_NS = 25_000_000  # a message this close before a moment represents it, else the next one
 _BLOCK = 128  # messages whose times are computed together
 _STAMPS_KEPT = 4096
 
@@ -388,16 +388,16 @@ _STAMPS_KEPT = 4096
 class SensorTimes:
     """Times at which messages of sensors are passed backward.
 
-    When a message is passed backward, the picture before it becomes visible again. That picture was
-    taken earlier, and the robot matches it only when the position reaches the picture's stamp.
-    Until then its stamp would be in the future, which is not allowed. Therefore the message is
-    passed only when the stamp is reached. May be used by several threads.
+    When a message is passed backward, the message before it becomes visible again. That one was
+    measured earlier, and the robot matches it only when the position reaches its stamp. Until then
+    the stamp would be in the future, which is not allowed. Therefore the later message is passed
+    only when that stamp is reached. May be used by several threads.
 
     ``connections`` are the connections of sensors.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader) -> None:
-        """Take the index and the loader of a recording."""
+        """Initialize with the index and the loader of a recording."""
         self._index = index
         self._loader = loader
         self._sensors: List[np.ndarray] = []
@@ -410,7 +410,7 @@ class SensorTimes:
         self._block = lru_cache(maxsize=4)(self._read_block)
 
     def passed_with(self, position: int) -> List[int]:
-        """Return the positions (falling) of the messages passed with the message at a position.
+        """Return the positions (descending) of the messages passed with the message at a position.
 
         A sensor's message is passed with itself or an earlier message, any other with itself.
         """
@@ -441,13 +441,13 @@ class SensorTimes:
                 yield position, place
 
     def _place(self, position: int, visible: int) -> int:
-        """Return the position with which a message is passed, so that ``visible`` shows again."""
+        """Return the position with which a message is passed, to make ``visible`` visible again."""
         stamp_ns, time_ns = self._stamp_ns(visible), self._index.time_ns
         latest_ns = int(time_ns[position]) - 1
         if stamp_ns is None or stamp_ns >= latest_ns:
             return position
         moment_ns = max(stamp_ns, latest_ns - MAX_DELAY_NS)
-        after = self._index.count_until(moment_ns)  # passed just before the moment
+        after = self._index.count_until(moment_ns)  # is passed just before the moment
         is_near = after > 0 and moment_ns - int(time_ns[after - 1]) <= _NEAR_NS
         return after - 1 if is_near else after
 
@@ -460,14 +460,14 @@ class SensorTimes:
 
 
 def _between(positions: np.ndarray, begin: int, end: int) -> List[int]:
-    """Return the positions (rising) that lie in [begin, end)."""
+    """Return the positions (ascending) that lie in [begin, end)."""
     # numbers of another type would make numpy convert all positions first
     first, behind = positions.searchsorted(np.array([begin, end], positions.dtype))
     return [int(position) for position in positions[first:behind]]
 
 
 def _before(positions: np.ndarray, position: int) -> int:
-    """Return the last of ``positions`` (rising) before a position, or else the first one."""
+    """Return the last of ``positions`` (ascending) before a position, or else the first one."""
     return int(positions[max(int(positions.searchsorted(positions.dtype.type(position))) - 1, 0)])
 
 

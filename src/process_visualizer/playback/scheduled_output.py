@@ -43,7 +43,7 @@ class SendSchedule:
 
     @property
     def bytes(self) -> int:
-        """Return the approximate memory that the messages take [bytes]."""
+        """Return the approximate memory [bytes] used by the messages."""
         return self._bytes
 
     def add(self, scheduled: Scheduled) -> None:
@@ -67,7 +67,7 @@ class SendSchedule:
 
 
 RestoredStamps = Tuple[Tuple[int, int], ...]
-"""Stamps of sensors' messages as published, rising, each with the bag time it shows [ns]."""
+"""Stamps of sensors' messages as published, ascending, each with the bag time it shows [ns]."""
 
 
 class Output(Protocol):
@@ -102,8 +102,8 @@ class Output(Protocol):
         """Note that play has reached its end; return whether nothing will follow."""
 
 
-LEAD_NS = NS_PER_S // 10  # time by which messages are given to the output before they are due
-SETTLING_NS = NS_PER_S // 10  # quiet time without message or command, until the scene is repeated
+LEAD_NS = NS_PER_S // 10  # how long before they are due messages are given to the output
+SETTLING_NS = NS_PER_S // 10  # time without message or command until the scene is repeated
 MAX_RESTORED = 100  # maximum number of reported stamps: those of a scene and of the last steps
 AT_ONCE = 0  # a monotonic time [ns] that has passed
 
@@ -111,12 +111,12 @@ AT_ONCE = 0  # a monotonic time [ns] that has passed
 class ScheduledOutput:
     """An output that keeps track of the messages given to it, and of when it has settled.
 
-    All but ``published`` is for the publishing thread only.
+    All methods but ``published`` are for the publishing thread only.
     """
 
     def __init__(self, output: Output, clock: Clock, mapping: Optional[StampMapping],
                  lead_bytes: int, sensors: FrozenSet[int]) -> None:
-        """Take the output, and the mapping of stamps (None: stamps stay as recorded).
+        """Initialize with the output, and the mapping of stamps (None: stamps stay as recorded).
 
         At most about ``lead_bytes`` are given to the output before they are due. ``sensors`` are
         the connections of sensors.
@@ -157,7 +157,7 @@ class ScheduledOutput:
         assert due_ns is not None, 'it plays'
         self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
         self.show(event, state, due_ns)
-        self._unsettle(due_ns)  # even for an event without messages, such as a delayed picture
+        self._unsettle(due_ns)  # even for an event without messages, as of a delayed sensor
 
     def take_back(self) -> List[Scheduled]:
         """Take back the events not sent yet; return them, the last first."""

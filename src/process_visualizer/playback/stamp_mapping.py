@@ -21,19 +21,19 @@ class StampMapping:
     While playing, a stamp is mapped like the time of its message: bag intervals become wall
     intervals divided by the rate. Stamps that would lie in the future (those after the time of
     their message, and when playing backward all before it) move the whole mapping back by a common
-    lag. A stamp far from the time of its message (from another computer's clock) is moved nearer,
+    lag. A stamp far from the time of its message (from another computer's clock) is moved closer,
     so that it neither delays the others nor becomes too old for tf2. A message that is shown
     backward only when its stamp has been reached needs no lag: its stamp is mapped directly.
 
     While paused, and for messages restored after a jump, a stamp becomes the present time. Equal
     stamps of the recording stay equal, until a new scene (a seek, a step back, a change of
-    direction) publishes the same messages again. Order is kept between two commands. After a
+    direction) publishes the same messages again. The order is kept between two commands. After a
     command, no new stamp is earlier than the stamps before it; stamps equal to earlier ones stay
-    equal. A wall clock that is set back is followed, because stamps must not be in the future.
+    equal. If the wall clock is set back, stamps follow it, because they must not be in the future.
     """
 
     def __init__(self, clock: Optional[Clock] = None) -> None:
-        """Take the clock of the timeline."""
+        """Initialize with the clock of the timeline."""
         self._clock = clock or Clock()
         self._command = self._scene = -1
         self._known: OrderedDict[int, int] = OrderedDict()  # bag stamp -> wall stamp
@@ -43,7 +43,7 @@ class StampMapping:
 
     @property
     def remembered(self) -> int:
-        """Return how many different stamps were mapped so far, a mark for ``forget_since``."""
+        """Return the number of different stamps mapped so far, a mark for ``forget_since``."""
         return self._remembered
 
     def stamp(self, state: TimelineState, stamp_ns: int, message_ns: int,
@@ -88,7 +88,7 @@ class StampMapping:
         self._remembered = remembered
 
     def _reached(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
-        """Map a stamp that has been reached without a lag."""
+        """Map, without a lag, a stamp that has been reached."""
         return max(min(self._due_wall(state, near_ns), sent_ns), self._floor_ns)
 
     def _moved(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
@@ -146,6 +146,6 @@ class OrderKeeper:
 
 
 def nearby(state: TimelineState, stamp_ns: int, message_ns: int) -> int:
-    """Return the stamp [bag ns], moved nearer to the time of its message if it is far away."""
+    """Return the stamp [bag ns], moved closer to the time of its message if it is far from it."""
     reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(state.rate)))
     return min(max(stamp_ns, message_ns - reach_ns), message_ns + reach_ns)

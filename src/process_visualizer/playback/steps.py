@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Steps: their targets, and their way to the publishing thread and back."""
+"""Steps: their targets, and the exchange of requests and answers with the publishing thread."""
 from __future__ import annotations
 
 import contextlib
@@ -26,9 +26,9 @@ class Step:
 
 @dataclass(frozen=True)
 class StepTarget:
-    """A number of passed messages, and a position [bag ns] at which just these are passed.
+    """A number of passed messages, and a position [bag ns] at which exactly these are passed.
 
-    ``changed`` says what differs from the request; it is empty if nothing does.
+    ``changed`` is a text on what differs from the request; it is empty if nothing does.
     """
 
     count: int
@@ -45,7 +45,7 @@ def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
     one.
 
     Raises:
-        CommandRefused: the topic is not in the recording, or no message is left that way.
+        CommandRefused: the topic is not in the recording, or no message is left in that direction.
     """
     positions = _positions(index, topic)
     done = passed if positions is None else int(np.searchsorted(positions, passed))

@@ -12,11 +12,11 @@ from typing import Any, Deque, Optional, Tuple, TypeVar
 
 WINDOW_NS = 1_000_000_000
 _KEPT_SHARE = 0.95
-"""Share of the rate from which on it counts as achieved."""
+"""Minimum share of the rate for it to count as achieved."""
 
 
 def is_too_slow(rate: float, achieved_rate: float) -> bool:
-    """Return whether the computer is too slow for a rate, so that the achieved one is shown."""
+    """Return whether the computer is too slow for a rate, so that the achieved rate is shown."""
     return abs(achieved_rate) < _KEPT_SHARE * abs(rate)
 
 
@@ -53,14 +53,14 @@ class AchievedRate:
 
 Result = TypeVar('Result')
 
-MAX_WAIT_S = 3600.0  # threading refuses times that do not fit its own type
+MAX_WAIT_S = 3600.0  # threading refuses times that overflow its own type
 
 
 class Clock:
     """The computer's clocks."""
 
     def monotonic_ns(self) -> int:
-        """Return a time [ns] that grows steadily and is never set."""
+        """Return the monotonic time [ns], which is never set."""
         return time.monotonic_ns()
 
     def wall_ns(self) -> int:
@@ -81,7 +81,7 @@ class Clock:
 
 
 NS_PER_S = 1_000_000_000
-MIN_RATE = 0.01  # of the rates offered to the user; others may be requested
+MIN_RATE = 0.01  # of the rates offered to the user; other rates may be requested
 MAX_RATE = 16.0
 MIN_REQUESTED_RATE = 1e-6
 MAX_REQUESTED_RATE = 1e6  # as fast as messages can be sent
@@ -90,7 +90,7 @@ FOREVER_NS = 1 << 62
 
 
 class CommandRefused(Exception):
-    """A command that cannot be met and changed nothing; the text says why."""
+    """A command that cannot be carried out and changed nothing; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class TimelineState:
     end_ns: int
     rate: float = 1.0
     paused: bool = True
-    held: bool = False  # paused only until a listener has caught up
+    held: bool = False  # paused until a listener has caught up
     loop: Optional[Tuple[int, int]] = None  # [bag ns]
     segment: int = 0  # grows when the position jumps: no velocity is computed across a jump
     scene: int = 0  # grows when published messages may be published again
@@ -124,7 +124,7 @@ class TimelineState:
     def limit_ns(self) -> int:
         """Return the bag time at which play ends or jumps back to the other end of the loop.
 
-        From a position past the loop, in the direction of play, play goes on to the bound of the
+        From a position past the loop, in the direction of play, play continues to the end of the
         recording.
         """
         if self.forward:
@@ -195,7 +195,7 @@ class Timeline:
             return self._state.position_at(self._clock.monotonic_ns())
 
     def achieved_rate(self) -> float:
-        """Return the rate recently achieved: nearer to zero than the set rate after slips.
+        """Return the rate recently achieved: after slips, it is closer to zero than the set rate.
 
         The result is 0 while paused.
         """
@@ -251,7 +251,7 @@ class Timeline:
                          paused=state.paused and not state.held)
 
     def seek(self, bag_ns: int) -> str:
-        """Go to a bag time [ns] and keep playing or pausing; return what had to be changed.
+        """Seek to a bag time [ns] and keep playing or pausing; return what had to be changed.
 
         A time outside the recording is moved to its nearer end, and the text says so. The text is
         empty if nothing was changed.
@@ -293,7 +293,7 @@ class Timeline:
             self._rebase(loop=None)
 
     def interrupt(self) -> None:
-        """End all waits, for another reason than a command."""
+        """End all waits, for a reason other than a command."""
         with self._changed:
             self._state = replace(self._state, version=self._state.version + 1)
             self._changed.notify_all()
@@ -332,9 +332,9 @@ class Timeline:
         """Make an overdue bag time [ns] due now: the machine could not keep up.
 
         If play ``begins`` there, the bag time becomes due after the head start. All later messages
-        are delayed by the same time, so that there is no burst. The position goes back to the bag
-        time, which must lie within the recording. Nothing happens if the bag time is not overdue,
-        or if a command came in between (see wait_until_due).
+        are delayed by the same time, to avoid a burst. The position goes back to the bag time,
+        which must lie within the recording. Nothing happens if the bag time is not overdue, or if a
+        command came in between (see wait_until_due).
         """
         with self._changed:
             due_ns, now_ns = self._state.due_ns(bag_ns), self._clock.monotonic_ns()

@@ -96,7 +96,7 @@ def _canonical(name: str) -> str:
 
 
 def _compiled(text: str) -> Pattern[str]:
-    """Return the regular expression of a pattern; only with a wildcard first it needs no slash."""
+    """Return the regular expression of a pattern; a slash comes first unless a wildcard does."""
     pattern = _canonical(text)
     try:
         return re.compile(fnmatch.translate(pattern[1:] if text[:1] in _WILDCARDS else pattern))

@@ -21,10 +21,10 @@ from process_visualizer.ros_names import (
     TIMES_KEY,
 )
 
-# The present problems of a node.
+# Present problems of a node.
 
 HOLD_S = 3.0
-"""Time for which a complaint outlasts the last bad message [s], so that it does not blink."""
+"""Time for which a complaint outlasts the last bad message [s], so that it does not flicker."""
 
 
 @dataclass
@@ -43,8 +43,8 @@ class Complaint:
 class ComplaintBook:
     """The complaints by key; the key names the subject, such as a topic or a frame.
 
-    A complaint about messages ends when good messages come and no bad one has come for ``HOLD_S``.
-    If no message comes at all, the complaint remains.
+    A complaint about messages ends when good messages arrive and no bad one has arrived for
+    ``HOLD_S``. If no message arrives at all, the complaint remains.
     """
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class ComplaintBook:
         return True
 
     def drop(self, key: str) -> None:
-        """Stop reporting a complaint, as nobody knows whether it is over; `end` still ends it."""
+        """Stop reporting a complaint, as it is unknown whether it is over; `end` still ends it."""
         complaint = self._complaints.pop(key, None)
         if complaint is not None:
             self._dropped[key] = complaint
@@ -111,7 +111,7 @@ LOG_PERIOD_S = 5.0
 
 
 class Complaints:
-    """The complaints of this node about a device; any thread may call it.
+    """The complaints of this node about a device; may be called from any thread.
 
     Each complaint is logged when it begins, repeatedly while it lasts, and when it is over; see
     `ComplaintBook` for its end. Without a problem nothing is published.
@@ -159,7 +159,7 @@ class Complaints:
             self._reporter.wake()
 
     def drop(self, key: str) -> None:
-        """Stop reporting a complaint, as nobody knows whether its cause is over."""
+        """Stop reporting a complaint, as it is unknown whether its cause is over."""
         with self._lock:
             self._book.drop(key)
 
@@ -186,7 +186,7 @@ class Complaints:
     def _publish(self, message: DiagnosticArray) -> None:
         try:
             self._publisher.publish(message)
-        except rospy.ROSException:  # the publisher is closed already
+        except rospy.ROSException:  # the publisher has been closed already
             if not self._node.is_shutdown():
                 raise
 
@@ -226,7 +226,7 @@ class LimitState:
         self._times, self._is_present = 0, False
 
     def take(self, time_s: float, value: float) -> None:
-        """Judge the present value; ``time_s`` is of a monotonic clock."""
+        """Judge the present value; ``time_s`` is a time of a monotonic clock."""
         if not self._limits.exist:
             return
         self._watch.add(time_s, value)
@@ -243,19 +243,19 @@ class LimitState:
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
 
     def lose(self) -> None:
-        """Stop judging, as no values come any more: whether they are beyond a limit is unknown."""
+        """Stop judging, as values no longer arrive: whether they are beyond a limit is unknown."""
         if self._watch.present is not None:
             self._complaints.drop(self._key)
         self._watch = LimitWatch(self._limits)
 
     def forget(self) -> None:
-        """End the alarm, as values of another time follow."""
+        """End the alarm, because values of another time follow."""
         if self._watch.present is not None:
             self._complaints.end(self._key)
         self._watch = LimitWatch(self._limits)
 
 
-# Reports on /diagnostics which nodes do not answer, for programs that display them.
+# Reports nodes that do not answer on /diagnostics, for programs that display them.
 
 _LOG_PERIOD_S = 20.0
 
@@ -271,7 +271,7 @@ class SilentNodes:
     """Reports which nodes do not answer."""
 
     def __init__(self, node: NodeHandle) -> None:
-        """``node`` is the node that asks the others."""
+        """``node`` is the node that watches the others."""
         self._complaints = Complaints(node, node.name.strip('/'))
         self._reported: Mapping[str, SilentNode] = {}
 
@@ -288,7 +288,7 @@ class SilentNodes:
 
 
 class Patience:
-    """Decides whether something has been missing without a break for a given time."""
+    """Decides whether something has been missing without interruption for a given time."""
 
     def __init__(self, period_s: float) -> None:
         """``period_s`` is the longest time [s] for which it may be missing."""
@@ -296,6 +296,6 @@ class Patience:
         self._since_s = math.inf
 
     def is_over(self, is_missing: bool, now_s: float) -> bool:
-        """Note whether it is missing at a time [s]; return whether to report that."""
+        """Note whether it is missing at a time [s]; return whether to report it."""
         self._since_s = min(self._since_s, now_s) if is_missing else math.inf
         return now_s >= self._since_s + self._period_s

@@ -2,8 +2,8 @@
 """Markers for RViz: arrows and numbers that are locked to the frame they act in.
 
 RViz draws a frame_locked marker with the newest transform of its frame, like the robot itself. So
-the marker never lags behind the robot (thesis figure 6.11). Its zero stamp stands for the latest
-transform.
+the marker never lags behind the robot (thesis figure 6.11). Its zero stamp means "the latest
+transform".
 """
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1
 TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 LIFETIME_S = 0.8
-"""Time after which RViz removes a marker that is not redrawn [s], so none outlives its process.
-Processes redraw at least ten times a second, even if nothing changes or the data is stale."""
+"""Time [s] after which RViz removes a marker that is not redrawn, so that none outlives its
+process. Processes redraw at least ten times a second, even if nothing changes or the data is
+stale."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class RefreshRate:
         self._next_s = -math.inf
 
     def hurry(self) -> None:
-        """Allow the event at the next check, however little time has passed."""
+        """Allow the event at the next check, however recent the last one was."""
         self._next_s = -math.inf
 
     def wait(self, now_s: float) -> None:
@@ -67,7 +68,7 @@ class RefreshRate:
         if self._next_s - self._period_s <= now_s < self._next_s - early_s:
             return False
         late_s = now_s - self._next_s
-        # A small delay is made up for, so that the rate does not depend on how often it is checked.
+        # A small delay is compensated, so that the rate does not depend on how often it is checked.
         self._next_s = now_s + self._period_s - (late_s if 0.0 <= late_s < self._period_s else 0.0)
         return True
 
@@ -80,7 +81,7 @@ def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: flo
 
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
-    """Return the arrow of a vector, gray if stale; below the threshold its deletion."""
+    """Return the arrow of a vector, gray if stale; below the threshold, return its deletion."""
     return _arrow(namespace, sample, style.length_m(sample.vector), style.diameter_m,
                   STALE_COLOR if stale else style.color)
 
@@ -108,7 +109,7 @@ def shape_as_arrow(marker: Marker, foot: Vector, direction: Vector, length_m: fl
 
 def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,
                 color: Color) -> Marker:
-    """Return a text that faces the viewer, centered on a position (3,) [m] in a frame."""
+    """Return a text that faces the viewer, centered at a position (3,) [m] in a frame."""
     marker = _mortal_marker(namespace, TEXT_ID, frame)
     marker.type = Marker.TEXT_VIEW_FACING
     marker.text = text
@@ -177,7 +178,7 @@ def _marker(namespace: str, number: int, frame: str) -> Marker:
 # Arrows with their values: shared by the displays of variables.
 
 class ValuePlace(NamedTuple):
-    """The place of a text: one line of a block that several values share."""
+    """The position of a text: one line of a block that several values share."""
 
     frame: str
     position: Vector  # (3,) [m] in the frame: the middle of the block
@@ -202,7 +203,7 @@ class ShownValue(NamedTuple):
 
 
 class ValueBoard:
-    """Makes the markers of values: arrows each time, texts only as often as they can be read."""
+    """Makes the markers of values: arrows every time, texts only as often as they can be read."""
 
     def __init__(self, text_height_m: float) -> None:
         """``text_height_m`` is the height of the texts [m]."""

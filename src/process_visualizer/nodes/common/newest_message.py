@@ -30,7 +30,7 @@ class NewestMessage:
     def __init__(self, node: NodeHandle, topic: str, playback: PlaybackFollower) -> None:
         """Subscribe; messages get their times from the clock of ``playback``.
 
-        A played topic has the sending habit of its recording, whatever the playback rate.
+        The sending habit of a played topic is that of its recording, whatever the playback rate.
         """
         self._node, self._playback, self._topic = node, playback, node.resolve(topic)
         self._raw: Optional[RawMessage] = None
@@ -52,7 +52,7 @@ class NewestMessage:
     def holds_for_s(self, quick_s: float) -> float:
         """Return how long the last value stays valid [s]; see `SendingHabit`.
 
-        Once nobody publishes the topic any more, that is ``quick_s``.
+        If the topic has no publisher any more, this is ``quick_s``.
         """
         is_published = self._subscriber.get_num_connections() > 0
         return self._habit.holds_for_s(quick_s) if is_published else quick_s
@@ -60,12 +60,12 @@ class NewestMessage:
     def newest(self) -> Optional[RawMessage]:
         """Return the newest message, still serialized.
 
-        None before the first one, also after a jump in a recording to before the first one.
+        Return None before the first one, also after a jump to a position before it.
         """
         return self._raw if self._playback.has_begun(self._topic) else None
 
     def decode(self, raw: RawMessage) -> Any:
-        """Return a message of this topic, decoded; the one decoded last is not decoded again.
+        """Return a decoded message of this topic; the last decoded message is cached.
 
         Raises:
             ValueError: the type is unknown, or the bytes are not of this type.
@@ -76,7 +76,7 @@ class NewestMessage:
         return self._message
 
     def _class(self, message_type: str) -> Optional[type]:
-        if message_type not in self._classes:  # the search for a missing type is slow
+        if message_type not in self._classes:  # searching for a missing type is slow
             self._classes[message_type] = roslib.message.get_message_class(message_type)
         return self._classes[message_type]
 

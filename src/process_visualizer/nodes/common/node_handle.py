@@ -29,16 +29,16 @@ _SHOWN_CHARACTERS = 100
 # Starts and ends the process of a rospy node; rospy alone does not always end it.
 
 _SHUTDOWN_S = 5.0
-"""Limit of the whole shutdown. It is enough to unregister many topics at a busy master, in whose
-list a node would otherwise stay, and less than the 15 s after which roslaunch kills it."""
+"""Time limit for the whole shutdown. It suffices to unregister many topics at a busy master, which
+would otherwise keep listing the node, and is less than the 15 s after which roslaunch kills it."""
 
 
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:
     """Make this process a node that SIGINT and SIGTERM shut down, even while it initializes.
 
     Call it in the main thread instead of ``rospy.init_node``. rospy's own handlers shut down in the
-    thread that the signal interrupts. If that thread is calling the master, it holds the lock that
-    unregistering needs, and waits for itself forever.
+    thread that the signal interrupts. If that thread is just calling the master, it holds the lock
+    that unregistering needs, and waits for itself forever.
     """
     serve_patiently()
     received = threading.Event()
@@ -61,10 +61,10 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
 
 
 def log_without_waiting(log: logging.Logger) -> None:
-    """Let a thread send the messages of a log to /rosout.
+    """Send the messages of a log to /rosout from a thread.
 
-    rospy asks the master before each of them, without a timeout: while the master hangs, whoever
-    has something to say would stand still.
+    rospy asks the master before each message, without a timeout: while the master hangs, every
+    thread that logs would block.
     """
     for handler in [it for it in log.handlers if isinstance(it, RosOutHandler)]:
         waiting: 'queue.Queue[logging.LogRecord]' = queue.Queue()
@@ -76,7 +76,7 @@ def log_without_waiting(log: logging.Logger) -> None:
 def at_shutdown(hook: Callable[[], None]) -> None:
     """Call a function once when the node shuts down, even if the shutdown has begun.
 
-    rospy alone ignores a function that is registered while it calls the earlier ones.
+    rospy itself ignores a function that is registered while it calls the earlier ones.
     """
     uncalled = threading.Lock()
 
@@ -103,7 +103,7 @@ def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
 
 
 def end_process(code: int) -> NoReturn:
-    """Shut the node down, if there is one, and end the process within 5 s.
+    """Shut down the node, if there is one, and end the process within 5 s.
 
     rospy writes to each subscriber in a thread that is not a daemon. If the subscriber leaves
     while the node shuts down, that thread may never end, and the interpreter would wait for it
@@ -112,7 +112,7 @@ def end_process(code: int) -> NoReturn:
     _limit(code)()
     rospy.signal_shutdown('the program ends')
     # It returns at once if another thread is shutting down, perhaps before the node is unregistered
-    # at the master. Registering a function waits for that.
+    # at the master. Registering a function waits until that is done.
     rospy.on_shutdown(lambda: None)
     logging.shutdown()
     sys.stdout.flush()
@@ -176,10 +176,10 @@ class _Greeter(rospy.SubscribeListener):
 
 
 class NodeHandle:
-    """Everything that a node asks of rospy and of the clocks.
+    """Everything that a node needs from rospy and the clocks.
 
-    Our nodes take a handle instead of calling rospy. A test passes one whose clock it advances
-    itself, so that a second of a node passes at once and always in the same way.
+    Our nodes use a handle instead of calling rospy. A test passes one whose clock it advances
+    itself, so that a second of a node passes at once and reproducibly.
     """
 
     @property
@@ -192,7 +192,7 @@ class NodeHandle:
         return str(rospy.resolve_name(name))
 
     def ros_s(self) -> float:
-        """Return ROS time [s], which can stand still or jump under /use_sim_time."""
+        """Return ROS time [s], which can stop or jump under /use_sim_time."""
         return float(rospy.get_time())
 
     def now(self) -> rospy.Time:
@@ -208,15 +208,15 @@ class NodeHandle:
         return time.time()
 
     def monotonic_s(self) -> float:
-        """Return the time [s] of a steady clock that never goes back."""
+        """Return the time [s] of a monotonic clock."""
         return time.monotonic()
 
     def is_shutdown(self) -> bool:
-        """Return whether the node is ending."""
+        """Return whether the node is shutting down."""
         return bool(rospy.is_shutdown())
 
     def at_shutdown(self, hook: Callable[[], None]) -> None:
-        """Call a function once when the node ends."""
+        """Call a function once when the node shuts down."""
         at_shutdown(hook)
 
     def param(self, name: str, default: Any = None) -> Any:
@@ -238,8 +238,8 @@ class NodeHandle:
     def follow_param(self, name: str) -> Callable[[], Any]:
         """Return a function that returns a parameter's present value; None if it is not set.
 
-        Reading costs no call to the master, which reports each change. rospy.get_param_cached alone
-        asks the master at every access to an unset parameter. So it is called once here, and then
+        Reading needs no call to the master, which reports each change. rospy.get_param_cached asks
+        the master at every access to an unset parameter, so it is called only once here, and then
         its cache is read.
         """
         full_name = self.resolve(name)
@@ -258,7 +258,7 @@ class NodeHandle:
                   greeting: Optional[Callable[[], Any]] = None) -> Any:
         """Advertise a topic; return rospy's publisher.
 
-        ``greeting`` returns a message that only a new subscriber gets, or None.
+        ``greeting`` returns a message that only a new subscriber receives, or None.
         """
         return rospy.Publisher(topic, message_class, queue_size=queue_size, latch=latch,
                                tcp_nodelay=tcp_nodelay,
@@ -268,9 +268,9 @@ class NodeHandle:
                   queue_size: Optional[int] = None, buff_size: int = 1 << 16) -> Any:
         """Subscribe without Nagle's delay; return rospy's subscriber.
 
-        ``callback`` runs in a thread of the connection. With rospy.AnyMsg as the class it gets the
-        serialized message, with the publisher's header in ``_connection_header``. Data is read from
-        the socket in pieces of at most ``buff_size`` bytes.
+        ``callback`` runs in a thread of the connection. With rospy.AnyMsg as the class, it receives
+        the serialized message, with the publisher's header in ``_connection_header``. Data is read
+        from the socket in pieces of at most ``buff_size`` bytes.
 
         Raises:
             ValueError: no topic can have this name.
@@ -292,7 +292,7 @@ class NodeHandle:
                            reset=True)
 
     def every_real(self, period_s: float, callback: Callable[[], None]) -> None:
-        """Call a function each period of real time, even while ROS time stands still."""
+        """Call a function each period of real time, even while ROS time is stopped."""
         pause = threading.Event()  # never set
 
         def run() -> None:
@@ -303,7 +303,7 @@ class NodeHandle:
         threading.Thread(target=run, name=f'every {period_s:g} s', daemon=True).start()
 
     def worker(self, step: Callable[[], Optional[float]], name: str) -> Worker:
-        """Start a thread for work that must not hold up the callbacks; see `Worker`."""
+        """Start a thread for work that must not delay the callbacks; see `Worker`."""
         return Worker(step, name)
 
     def thread(self, work: Callable[[], None], name: str) -> threading.Thread:
@@ -313,7 +313,7 @@ class NodeHandle:
         return thread
 
     def info(self, text: str) -> None:
-        """Log something that is no problem."""
+        """Log information about something that is not a problem."""
         rospy.loginfo('%s', shown(text))
 
     def warn(self, text: str) -> None:
@@ -326,9 +326,9 @@ class NodeHandle:
 
 
 def required_name(name: str) -> str:
-    """Return the name of a topic or parameter from outside, if the master can take it.
+    """Return the name of a topic or parameter from another program, if the master can accept it.
 
-    rospy retries forever to send a name that XML cannot hold, and keeps the lock that all its
+    rospy retries forever to send a name that XML cannot represent, and keeps the lock that all its
     subscribers and publishers need.
 
     Raises:
@@ -342,10 +342,10 @@ def required_name(name: str) -> str:
 
 
 def checking_names(service_class: Any, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a handler of a service's requests that refuses texts which cannot be names.
+    """Return a handler of service requests that refuses texts which cannot be names.
 
-    All texts in requests to our nodes are names. Whatever the handler does with them, such as
-    passing them to other programs or repeating them in its answer, must not take megabytes.
+    All texts in requests to our nodes are names. The handler may pass them to other programs or
+    repeat them in its answer, so they must not have megabytes.
     """
     def answer(request: Any) -> Any:
         for field, text in _texts(request):
@@ -396,9 +396,9 @@ class PlaybackFollower:
         return self.clock.age_s(arrival_s, self._node.ros_s())
 
     def is_from_before(self, arrival_s: float) -> bool:
-        """Return whether data that arrived at a time of that clock is of no present player.
+        """Return whether data that arrived at a time of that clock is not from the present player.
 
-        It is of another recording, or of a live cell.
+        Such data is from another recording, or from a live cell.
         """
         return self.clock.is_from_before(arrival_s) and \
             self.clock.follows_player(self._node.ros_s())
@@ -406,7 +406,8 @@ class PlaybackFollower:
     def has_begun(self, topic: str) -> bool:
         """Return whether a topic (full name) has a message up to the position, or none is played.
 
-        What a node has of one that has not begun is from another position, or from elsewhere.
+        If a topic has not begun, a node's data of it is from another position, or from another
+        source.
         """
         return topic not in self._not_begun or not self.clock.follows_player(self._node.ros_s())
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters of a node: those it reads at its start, and a number that changes while it runs."""
+"""Parameters of a node: those read at its start, and a number that may change while it runs."""
 from __future__ import annotations
 
 import rospy
@@ -12,7 +12,7 @@ _LOG_PERIOD_S = 10.0
 
 
 class LiveNumber:
-    """Follows a parameter; reading it costs no call to the master."""
+    """Follows a parameter; reading it needs no call to the master."""
 
     def __init__(self, node: NodeHandle, name: str, default: float) -> None:
         """``default`` is used if the parameter is not set or not a number."""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The servers of a rospy node: one for topics and services, and one for questions (XML-RPC).
+"""The servers of a rospy node: one for topics and services, and one for XML-RPC questions.
 
 rospy's own servers end or hang at a shortage of memory, threads or files, although their process
-goes on, and while a connection sends no header, all others wait. A thread is started here without
-waiting for its beginning, as threading.Thread does: one that has no memory to begin never says so.
+keeps running; and while a connection sends no header, all others wait. Threads are started here
+without waiting until they run, unlike threading.Thread: a thread without memory to run never
+reports it.
 """
 from __future__ import annotations
 
@@ -31,13 +32,13 @@ class NodeServer(TCPServer):
     """Passes each connection on in a thread of its own, once its header has arrived."""
 
     def __init__(self, inbound_handler: Any) -> None:
-        """Listen; ``inbound_handler`` takes a connection and the address of the other side."""
+        """Listen; ``inbound_handler`` handles a connection, given with the address of its peer."""
         super().__init__(self._handle)
         self._inbound_handler = inbound_handler
         self._room = threading.BoundedSemaphore(_MAX_WAITING)
 
     def run(self) -> None:
-        """Accept connections until the shutdown, also after a shortage."""
+        """Accept connections until the shutdown, even after a shortage."""
         while not self.is_shutdown:
             try:
                 super().run()
@@ -46,7 +47,7 @@ class NodeServer(TCPServer):
                     return
                 rospy.logerr('a connection was lost, and others may have been: %s. If this goes '
                              'on, start the node again', shown(repr(error)))
-                time.sleep(_RETRY_S)  # a shortage does not end sooner because of another try
+                time.sleep(_RETRY_S)  # retrying sooner does not end a shortage
 
     def _handle(self, connection: socket.socket, address: Any) -> None:
         try:
@@ -69,11 +70,11 @@ class NodeServer(TCPServer):
 
 
 def _has_header(connection: socket.socket) -> bool:
-    """Wait a limited time for the whole header of a connection, and leave it to be read."""
+    """Wait a limited time for the whole header of a connection, without consuming it."""
     whole = socket.MSG_PEEK | socket.MSG_WAITALL
     timeout_s = connection.gettimeout()  # rospy sets a default for all sockets when it subscribes
     try:
-        connection.settimeout(None)  # with one, Python does not wait for the whole
+        connection.settimeout(None)  # with a timeout, Python does not wait for all bytes
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(
             _HEADER_WITHIN_S, 0))
         size = connection.recv(_LENGTH.size, whole)
@@ -83,19 +84,20 @@ def _has_header(connection: socket.socket) -> bool:
         is_whole = len(connection.recv(end, whole)) == end
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _SOCKET_TIMEOUT.pack(0, 0))
         connection.settimeout(timeout_s)
-    except OSError:  # the other side has gone, or sent nothing
+    except OSError:  # the peer has closed the connection, or sent nothing
         return False
     return is_whole
 
 
 class QuestionServer(ThreadingXMLRPCServer):
-    """Answers the questions of the master and of other nodes, also after a shortage."""
+    """Answers the questions of the master and of other nodes, even after a shortage."""
 
     def __init__(self, before: Any, handler: Any,
                  lose: Callable[[], None] = lambda: None) -> None:
-        """Take the place of a ThreadingXMLRPCServer, with its socket; ``handler`` answers.
+        """Replace a ThreadingXMLRPCServer, using its socket; ``handler`` answers.
 
-        ``lose`` is called when a question could not be taken; it may have been an announcement.
+        ``lose`` is called when a question could not be accepted; it may have been a publisher
+        update.
         """
         super().__init__(('localhost', 0), 0)
         self._lose = lose
@@ -124,20 +126,20 @@ class QuestionServer(ThreadingXMLRPCServer):
 
 
 def serve_patiently() -> None:
-    """Give this process a server for connections; to be called before ``rospy.init_node``."""
+    """Give this process a server for connections; call this before ``rospy.init_node``."""
     server = init_tcpros_server()
     server.tcp_ros_server = NodeServer(server._tcp_server_callback)
     server.tcp_ros_server.start()
 
 
 def answer_patiently() -> None:
-    """Give this node a server for questions; to be called after ``rospy.init_node``.
+    """Give this node a server for questions; call this after ``rospy.init_node``.
 
-    The node then connects to publishers as `connect_patiently` says.
+    The node then connects to publishers as in `connect_patiently`.
     """
     for node, connector in connect_patiently():
         before, node.server = node.server, QuestionServer(node.server, node.handler,
                                                           connector.ask_again)
-        # The node's thread then lets its new server serve. Not waited for: if that thread has
-        # not let the old one serve yet, its shutdown never returns.
+        # The node's thread then runs its new server. Do not wait for the shutdown: it never returns
+        # if that thread has not yet run the old server.
         threading.Thread(target=before.shutdown, name='end of a server', daemon=True).start()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The node ghost: the robots of another run beside those of the cell."""
+"""The node ghost: shows the robots of another run beside those of the cell."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The node ghost: the robots of another run, in step with the player or with the live robots."""
+"""The node ghost: shows the robots of another run, in step with the player or the live robots."""
 from __future__ import annotations
 
 import math
@@ -42,14 +42,14 @@ from process_visualizer.srv import (
 )
 
 RATE_HZ = 30.0
-_CALM_S = 0.25  # redraw period while nothing moves, before RViz removes the markers
+_CALM_S = 0.25  # redraw period while nothing moves, so that RViz does not remove the markers
 _BEHIND_S = 0.5
-"""Maximum lag of a robot's picture [s]; a picture further behind has stopped, as no joints come.
-The limit grows with the rate of fast playback."""
+"""Maximum lag of a robot's picture [s]; a picture further behind has stopped, because no joints
+arrive. The limit increases with the rate of fast playback."""
 
 
 class GhostDisplay:
-    """Publishes markers only while there is a ghost to be seen."""
+    """Publishes markers, but only while there is a ghost to show."""
 
     def __init__(self, node: NodeHandle) -> None:
         """Advertise the topic and the services."""
@@ -57,7 +57,7 @@ class GhostDisplay:
         self._lock = threading.Lock()
         self._robots: Tuple[GhostRobot, ...] = ()
         self._arrows: Tuple[GhostArrow, ...] = ()
-        self._joints: Tuple[LiveJoints, ...] = ()  # of the robots beside a recording's ghost
+        self._joints: Tuple[LiveJoints, ...] = ()  # of the robots beside the ghost in playback
         self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, and when [s]
         self._is_drawn = False
         self._publisher = node.publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
@@ -130,9 +130,10 @@ class GhostDisplay:
                 self._draw_at(time_s if self._is_visible else None, now_s)
 
     def _position_s(self, now_s: float) -> Optional[float]:
-        """Return the recording's position at which RViz draws the robots; None without a player.
+        """Return the recording position at which RViz draws the robots; None without a player.
 
-        On a busy computer it lags behind the player: the picture waits for several programs.
+        On a busy computer it lags behind the player, because the picture depends on several
+        programs.
         """
         clock = self._playback.clock
         present = clock.present(now_s) if clock.follows_player(now_s) else None
@@ -172,7 +173,7 @@ def nothing() -> MarkerArray:
 
 
 def recorded_joints(message: GhostRobotMessage) -> Optional[Joints]:
-    """Return the joints of the run that is played; None if there are none.
+    """Return the joints of the played run; None if there are none.
 
     Raises:
         ValueError: the numbers do not fit; the text names the device.
@@ -236,7 +237,7 @@ class LiveJoints:
 
     @property
     def has_ended(self) -> bool:
-        """Return whether joint states that were sent at a rate have stopped coming."""
+        """Return whether joint states that were sent at a rate have stopped arriving."""
         with self._lock:
             age_s = self._node.monotonic_s() - self._arrived_s
             return _ENDED_S < age_s < math.inf and age_s > self._habit.holds_for_s(_ENDED_S)
@@ -247,7 +248,7 @@ class LiveJoints:
 
 
 _ENDED_S = 5.0
-"""Time without joints [s] after which the run may be anywhere, or over."""
+"""Time without joints [s] after which the phase of the run is unknown, or the run over."""
 _LOG_PERIOD_S = 10.0
 
 
@@ -288,16 +289,16 @@ class EventWatch:
 
 _MAX_ROWS = 20_000
 _STALE_AFTER_S = 0.2
-"""Age of joints [s] from which they count as no longer sent, and the robots as at rest."""
+"""Age of joints [s] from which they count as no longer sent, and the robots as being at rest."""
 
 
 class LiveFollower:
-    """Finds the phase of the present run, and publishes it; runs in one thread."""
+    """Finds the phase of the present run and publishes it; for use by one thread."""
 
     def __init__(self, node: NodeHandle, robots: Sequence[GhostRobot],
                  joints: Mapping[str, LiveJoints], events: Sequence[GhostEvent],
                  span: Optional[FollowedSpan]) -> None:
-        """Take the robots of the reference run, and the joints of the live robots by device.
+        """Initialize with the reference run's robots, and the live robots' joints by device.
 
         Raises:
             ValueError: no robot has a tool that can be followed, or an event is invalid.
@@ -320,7 +321,7 @@ class LiveFollower:
             raise
 
     def _on_event(self, name: str) -> None:
-        """Run in a thread of the event's topic."""
+        """Note an event; runs in a thread of the event's topic."""
         self._seen.put((name, self._node.ros_s()))
 
     def time_s(self, now_s: float) -> Optional[float]:

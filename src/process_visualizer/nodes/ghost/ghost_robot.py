@@ -30,7 +30,7 @@ _TEXT_M, _ABOVE_M = 0.06, 0.12
 
 
 class Deviation(NamedTuple):
-    """The tool's place in the other run, and the vector from it to the tool in this run [m]."""
+    """The tool's position in the other run, and the vector from it to the tool in this run [m]."""
 
     foot: Placement
     vector: Triple
@@ -65,9 +65,10 @@ class GhostRobot:
                           if self._kinematics.joint(it) is None), '')
 
     def markers(self, time_s: float) -> List[Marker]:
-        """Return the robot and its deviation; nothing where the other run has no joints.
+        """Return the robot and its deviation; no markers where the other run has no joints.
 
-        The deviation is shown as a number whenever it is known, as an arrow if it is large enough.
+        The deviation is shown as a number whenever it is known, and as an arrow if it is large
+        enough.
         """
         positions = self._there.at(time_s)
         if positions is None:
@@ -86,7 +87,7 @@ class GhostRobot:
         return Deviation(there, (x, y, z))
 
     def tool(self, time_s: float) -> Optional[Placement]:
-        """Return the tool's place in the other run, in the root link; None if unknown."""
+        """Return the tool's pose in the other run, in the root link; None if unknown."""
         return self.tool_at(self._there.at(time_s))
 
     @property
@@ -99,13 +100,13 @@ class GhostRobot:
         return name in self._kinematics.links
 
     def link(self, name: str, time_s: float) -> Optional[Placement]:
-        """Return a link's place in the other run, in the root link; None if unknown."""
+        """Return a link's pose in the other run, in the root link; None if unknown."""
         positions = self._there.at(time_s)
         return None if positions is None else self._kinematics.placement(
             name, self.root, positions)
 
     def tool_at(self, positions: Optional[Mapping[str, float]]) -> Optional[Placement]:
-        """Return the tool's place in the root link for positions of the joints [rad or m]."""
+        """Return the tool's pose in the root link for given positions of the joints [rad or m]."""
         if positions is None or not self._tool:
             return None
         return self._kinematics.placement(self._tool, self.root, positions)
@@ -141,7 +142,7 @@ class GhostArrow:
 
     def __init__(self, name: str, frame: str, foot_frame: str, foot: Triple,
                  vectors: JointTrack) -> None:
-        """Take the contents of a GhostArrow message; ``vectors`` has x, y and z [m] over time."""
+        """Initialize with a GhostArrow's contents; ``vectors`` has x, y and z [m] over time."""
         self._name, self._vectors = name, vectors
         self._frame, self._foot_frame, self._foot = frame, foot_frame, foot
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Check that the frames of shown data are connected to a robot."""
+"""A check that the frames of shown data are connected to a robot."""
 from __future__ import annotations
 
 from typing import Any, Collection, Dict, List, Set
@@ -13,7 +13,7 @@ from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.message_reader import StaticFrames, tf_transforms
 from process_visualizer.ros_names import TF_TOPIC
 
-PATIENCE_S = 5.0  # from the first data to the first check: the other nodes are still starting
+PATIENCE_S = 5.0  # from the first data to the first check, as other nodes are still starting
 LISTENING_S = 1.0
 PERIOD_S = 5.0
 
@@ -21,14 +21,14 @@ PERIOD_S = 5.0
 class FrameWatch:
     """Checks that frames are connected to a robot's base frame; otherwise RViz draws nothing.
 
-    Links of the robot's model, and frames fixed to them, are connected. For other frames it
-    listens to /tf only for a moment, as listening is expensive with many robots. A frame that was
+    Links of the robot's model, and frames fixed to them, are connected. For other frames, it
+    listens to /tf only briefly, because listening is expensive with many robots. A frame that was
     found once is not checked again.
     """
 
     def __init__(self, node: NodeHandle, complaints: Complaints, static: StaticFrames,
                  base_frame: str, links: Collection[str]) -> None:
-        """``links`` are those of the robot's model."""
+        """``links`` are the links of the robot's model."""
         self._node, self._complaints = node, complaints
         self._base_frame = base_frame
         self._found: Set[str] = {base_frame, *links}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads poses, wrenches and static transforms from topics, whatever type their drivers send."""
+"""Reads poses, wrenches and static transforms from topics, whatever types their drivers send."""
 from __future__ import annotations
 
 import math
@@ -46,7 +46,7 @@ from process_visualizer.ros_names import (
 )
 
 _BESIDE_S = 1.0
-"""Maximum time between messages [s] of two nodes that count as publishing at the same time."""
+"""Maximum time between messages [s] of two nodes to count as publishing at the same time."""
 _MIN_IN_A_ROW = 5
 _LATE_STEPS = 20.0
 """Maximum lag, in steps between its values, of a node that republishes another's values."""
@@ -61,18 +61,18 @@ class _Report(NamedTuple):
 class SourceConflict:
     """Detects contradicting values of several nodes, as JointBoard does in C++.
 
-    A forgotten simulator is drawn alternately with the driver, and each message alone looks right.
-    A node that only republishes another's values, some steps late, does not contradict it.
+    A forgotten simulator is drawn alternately with the driver, although each message by itself is
+    valid. A node that only republishes another's values, some steps late, does not contradict it.
     """
 
     def __init__(self, equal: float) -> None:
-        """``equal`` is the largest distance, in their unit, of values that count as the same."""
+        """``equal`` is the maximum distance, in their unit, between values that count as equal."""
         self._equal = equal
         self._reports: Dict[str, _Report] = {}
         self._in_a_row = 0
 
     def add(self, source: str, values: Sequence[float], now_s: float) -> str:
-        """Take the values published by a node; return the problem, '' if there is none.
+        """Add the values published by a node; return the problem, '' if there is none.
 
         Args:
             source: the node's name.
@@ -99,7 +99,7 @@ class SourceConflict:
 
 
 MAX_STEP_S = 1.0  # longest step of a simulated clock
-MEMORY_S = 6.0  # longer than warnings are held back
+MEMORY_S = 6.0  # longer than warnings are delayed
 
 
 class TimeWatch:
@@ -136,7 +136,7 @@ Decoder = Callable[[bytes], Quantity]
 
 
 class DoubtfulMessage(Exception):
-    """A message was used, although it has a problem; the text names the problem."""
+    """Raised for a message that was used although it has a problem, which the text names."""
 
     def __init__(self, problem: str, values: Optional[Mapping[str, str]] = None) -> None:
         """``values`` are for programs."""
@@ -149,7 +149,7 @@ class TopicReader(Generic[Quantity]):
 
     The type is taken from the publisher's connection, so that one node reads the thesis' arrays
     and standard messages alike. An unusable message is skipped with a complaint that names the
-    topic; the last good one stays. A message that arrives while ROS time stands still or has gone
+    topic; the last good one stays. A message that arrives while ROS time is stopped or has gone
     back is used, but also with a complaint.
     """
 
@@ -224,8 +224,8 @@ class TopicReader(Generic[Quantity]):
 def float32_values(message: bytes) -> Tuple[float, ...]:
     """Return the numbers of a serialized Float32MultiArray without the layout's padding.
 
-    A driver sends a few numbers at 125 Hz and more; building the message would take several times
-    as long.
+    A driver sends a few numbers at 125 Hz or more; building the message object would take several
+    times as long.
 
     Raises:
         ValueError: the bytes are not those of such a message.
@@ -254,10 +254,10 @@ def placement_of(transform: TransformStamped) -> Placement:
 
 
 class StaticFrames:
-    """The static transforms of the cell: one subscription for all parts of a node that use them.
+    """The static transforms of the cell, with one subscription for all parts of a node.
 
-    It begins when the first part asks, as most robots need none; later parts get the transforms
-    that are known.
+    The subscription begins when the first part asks, because most robots need none; later parts get
+    the transforms known so far.
     """
 
     def __init__(self, node: NodeHandle, complaints: Complaints) -> None:
@@ -300,7 +300,7 @@ def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
 # The quantities that a robot's driver sends, and the message types for them.
 
 _MAX_M, _MAX_FORCE_N, _MAX_TORQUE_NM = 1e5, 1e7, 1e7
-"""Limits of plausible values, far beyond what any robot reaches or bears."""
+"""Limits of plausible values, far beyond what any robot can reach or withstand."""
 
 
 @dataclass(frozen=True)
@@ -397,7 +397,7 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
 
 
 def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> Sequence[float]:
-    """Return values that are possible for a robot; raise ValueError for others."""
+    """Return values that are plausible for a robot; raise ValueError for others."""
     if max(map(abs, values), default=0.0) > largest:
         raise ValueError(f'a {what} of {max(values, key=abs):.3g} {unit} is out of any physical '
                          f'range (up to {largest:g} {unit})')

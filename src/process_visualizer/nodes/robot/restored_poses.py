@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The poses of a robot's links at the moments when restored sensor messages were measured."""
+"""The poses of a robot's links at the times when restored sensor messages were measured."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -24,7 +24,7 @@ from process_visualizer.robot.recorded_velocity import PosePart
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC, RESTORED_TF_TOPIC
 from process_visualizer.srv import ReadTopic
 
-_BEFORE_S = 0.5  # the player adds the last value of each joint before it
+_BEFORE_S = 0.5  # the player adds the last value of each joint before this time
 _AFTER_S = 1.0  # values measured just after a moment arrive late
 _HELD_S = 0.5  # in a longer gap, the joint counts as at rest until the next value
 _TURNING = 'revolute', 'continuous'
@@ -37,9 +37,10 @@ class RestoredPoses:
     """Publishes the poses of a robot's links at the measurement of each restored message.
 
     After a jump and while paused, the player restores messages with present stamps, and the robot
-    stands at the position. But a restored cloud was taken a while before. The published poses have
-    the stamp of the cloud, and show the robot where it was then. They do not go to /tf, so that the
-    robot in RViz stays at the position. They are published only while somebody subscribes.
+    has its pose at the position. But a restored cloud was taken some time before. The published
+    poses have the stamp of the cloud, and show the robot as it was then. They are not published on
+    /tf, so that the robot in RViz keeps its pose at the position. They are published only while
+    there is a subscriber.
     """
 
     def __init__(self, node: NodeHandle, joints: RecordedJoints, model: Kinematics) -> None:
@@ -62,7 +63,7 @@ class RestoredPoses:
         node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._follow)
 
     def take_joints(self, positions: Mapping[str, float]) -> None:
-        """Take present positions [rad or m], used for joints that the recording lacks."""
+        """Note present positions [rad or m], used for joints that the recording lacks."""
         self._present = {**self._present, **positions}
 
     def _follow(self, state: PlayerState) -> None:
@@ -105,7 +106,7 @@ class RestoredPoses:
         return float(np.interp(moment_s, times_s, positions))
 
     def _joints_around(self, first_s: float, last_s: float) -> Values:
-        """Return the values of each joint, from just before the first moment to after the last [s].
+        """Return the values of each joint, from just before the first time to after the last [s].
 
         Raises:
             ServiceUnreachable: the player does not answer.

@@ -26,9 +26,9 @@ from process_visualizer.robot.rotations import Vector
 
 
 class ShownMotion(NamedTuple):
-    """Place of the tool, its velocity (3,) [m/s] in the base frame, arrival time of its pose.
+    """The tool's pose, its velocity (3,) [m/s] in the base frame, and the arrival time of its pose.
 
-    There is no velocity before the first positions span some time.
+    There is no velocity until the first positions span some time.
     """
 
     place: ToolPlace
@@ -67,7 +67,7 @@ class RobotDisplay:
             motion, force: the last ones; None if unknown.
             data_s: the present time [s] of the clock that times the data; it may be paused.
             wall_s: the present time [s] of a clock that is never paused, if it is another clock.
-            joints_age_s: the time since the last joint states [s]; infinite if they do not come;
+            joints_age_s: the time since the last joint states [s]; infinite if they do not arrive;
                 None if there are none.
         """
         shown = self._shown(motion, force)
@@ -117,9 +117,9 @@ class RobotDisplay:
 
     def _text_place(self, motion: Optional[ShownMotion], force: Optional[VectorSample],
                     is_without_joints: bool) -> Tuple[str, Vector]:
-        """Return frame and position: at the tool if its pose is known, otherwise at the arrow.
+        """Return frame and position of texts: at the tool if its pose is known, else at the arrow.
 
-        Without joints no frame of the robot but its base is known.
+        Without joints, the base is the only known frame of the robot.
         """
         text = self._parameters.text
         if motion is None and is_without_joints:

@@ -32,11 +32,11 @@ from process_visualizer.ros_names import TF_MESSAGE
 
 
 class FramesNotConnected(ValueError):
-    """The frames between a pose and the base frame are not known: other nodes send them."""
+    """Raised if frames between a pose and the base are unknown: other nodes send them."""
 
 
 class PoseDecoder(ABC):
-    """Receives messages in their order; each may yield a pose in the base frame."""
+    """Receives messages in order; each may yield a pose in the base frame."""
 
     @abstractmethod
     def pose(self, message: bytes) -> Optional[ToolPose]:
@@ -57,7 +57,7 @@ class PoseDecoder(ABC):
         """
 
 
-PATIENCE_S = 5.0  # from the first transforms: other nodes are still starting
+PATIENCE_S = 5.0  # from the first transforms, as other nodes are still starting
 
 
 class FramePoses:
@@ -70,7 +70,7 @@ class FramePoses:
         Args:
             base_frame, frame: the pose is that of frame in base_frame.
             links: the links of the robot's model.
-            meant: returns the link that a driver means if it does not know the model's prefix.
+            meant: returns the link that a driver means by a name without the model's prefix.
         """
         self._base_frame, self._frame = base_frame, frame
         self._links, self._meant = links, meant
@@ -130,7 +130,7 @@ class FramePoses:
 
 
 class FrameDecoder(PoseDecoder):
-    """Finds the poses in recorded transforms, and in the recorded joints that move links.
+    """Finds the poses in recorded transforms and in the recorded joints that move links.
 
     The transforms of the cell's own robot_state_publisher were not recorded; the model replaces
     them.
@@ -259,7 +259,7 @@ class BaseFrames:
         self.follows_joints = False
 
     def name(self, frame: str) -> str:
-        """Return the frame that a driver means by a name."""
+        """Return the frame to which a driver refers by a name."""
         return meant_frame(frame, self._model.links, self._parameters.robot_name,
                            self._parameters.link_prefix)
 
@@ -291,8 +291,8 @@ class BaseFrames:
     def drawn_force(self, frame: str, force: Vector) -> Tuple[str, Vector]:
         """Return the frame in which a force (3,) [N] is drawn, and the force in it.
 
-        A force in a link that is fixed to the base is rotated into the base frame: such a robot
-        reports the force at its tool along the axes of its base.
+        A force in a link fixed to the base is rotated into the base frame: such a robot reports the
+        force at its tool along the axes of its base.
         """
         base = self._parameters.base_frame
         if frame not in self._model.links or self._model.moves(frame, base):
@@ -335,7 +335,7 @@ _EQUAL_M = 0.02  # positions this close count as the same
 class ToolInput:
     """The tool's poses in the base frame, from messages with poses or transforms.
 
-    Most drivers send joints only. Then the model places the tool, and recorded joints are decoded.
+    Most drivers send joints only. Then the model gives the pose, and recorded joints are decoded.
     """
 
     def __init__(self, node: NodeHandle, parameters: RobotParameters, complaints: Complaints,
@@ -384,7 +384,7 @@ def pose_by_model(model: Kinematics, tool: str, base: str, new: Mapping[str, flo
                   positions: Mapping[str, float], stamp_s: float) -> Optional[ToolPose]:
     """Return the pose of the tool by the model; None if the new joints do not move it.
 
-    Joints that do not move the tool are those of a gripper, for example.
+    Joints of a gripper, for example, do not move the tool.
 
     Args:
         model: the robot's model.

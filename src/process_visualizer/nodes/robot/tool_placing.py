@@ -27,7 +27,7 @@ from process_visualizer.robot.rotations import (
 )
 from process_visualizer.robot.tool_learning import Body, Finding, ToolLearner
 
-PERIOD_S = 0.2  # between two looks; nothing may move in between
+PERIOD_S = 0.2  # between two checks; nothing may move in between
 _MAX_S = 1.0
 _STILL_M, _STILL_JOINT = 0.004, 0.01  # rad or m; beyond it, pose and joint states do not match
 
@@ -51,7 +51,7 @@ class ToolStudy:
 
     def look(self, now_s: float, joints: Mapping[str, float], position: Vector,
              quaternion: Optional[Quaternion]) -> None:
-        """Examine the last data; they are a sample if nothing has moved since the previous look."""
+        """Examine the last data; they are a sample if nothing has moved since the last check."""
         last = self._last
         if last is not None and 0.0 <= now_s - last.time_s < PERIOD_S:
             return
@@ -67,7 +67,7 @@ class ToolStudy:
 
 
 def describe(robot: str, topic: str, chosen: str, finding: Finding) -> str:
-    """Return a finding in words."""
+    """Return a text that describes a finding."""
     if finding.is_frame:
         return (f'the poses of {robot} on {topic} are those of the frame {finding.frame}, '
                 f'{finding.distance_m:.3f} m from the frame {chosen} that is shown')
@@ -95,7 +95,7 @@ def _is_still(one: _Look, other: _Look) -> bool:
 
 
 def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
-    """Return the body to which each link is fixed; collision-only links are not tools."""
+    """Return the body to which each link is fixed; collision-only links cannot be tools."""
     bodies = {}
     for link in kinematics.links:
         body = kinematics.fixed_to(link, base)
@@ -106,7 +106,7 @@ def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
 
 
 MOTION_S = 0.1
-"""Maximum delay between a pose and joint states of the same moment [s]; the tool may move in it."""
+"""Maximum delay [s] between a pose and joint states of one moment; the tool may move meanwhile."""
 _SAMPLES = 15
 _NOTHING: Triple = (0.0, 0.0, 0.0)
 
@@ -139,13 +139,13 @@ class ToolDifference:
     """Compares the reported poses of a tool with those of its model.
 
     A pose and the joint states of the same moment arrive one after the other, and after a jump of
-    playback one is of the time before it; so the median of some samples counts.
+    playback one of them is still from before it; so the median of some samples is used.
     """
 
     def __init__(self) -> None:
         """Begin without samples."""
         self._samples: Deque[Sequence[float]] = deque(maxlen=_SAMPLES)
-        self.is_new = False  # samples have come since this was set to False
+        self.is_new = False  # samples have been added since this was set to False
 
     def add(self, model: Placement, position: Vector, quaternion: Optional[Quaternion]) -> None:
         """Compare a reported position (3,) [m], and the orientation if known, with the model."""
@@ -157,7 +157,7 @@ class ToolDifference:
         self.is_new = True
 
     def is_settled(self) -> bool:
-        """Return whether there are enough samples for a judgment."""
+        """Return whether there are enough samples for a decision."""
         return len(self._samples) == _SAMPLES
 
     def median(self) -> Difference:
@@ -169,21 +169,21 @@ class ToolDifference:
 
 
 def base_place(base_frame: str, position: Vector) -> ToolPlace:
-    """Return a place in the base frame at a reported position, as no frame moves with the tool."""
+    """Return the place for arrows at a reported position in the base frame."""
     return ToolPlace(base_frame, NO_ROTATION, position, position)
 
 
-PATIENCE_S = 5.0  # before missing data is reported: the other nodes are still starting
+PATIENCE_S = 5.0  # before missing data is reported, as other nodes are still starting
 LOOK_PERIOD_S = 1.0
 LASTING_LOOKS = 10
-"""Looks in a row that must find a difference before it is reported. On a busy computer, poses and
-joints come further apart, but not in so many looks in a row."""
+"""Number of consecutive checks that must find a difference before it is reported. On a busy
+computer, poses and joints arrive further apart, but not in so many consecutive checks."""
 LOG_PERIOD_S = 30.0
 ABOUT = 'tool frame'
 
 
 class ToolPlacer:
-    """The place of the tool in the robot's model, which RViz draws.
+    """Finds the pose of the tool in the robot's model, which RViz draws.
 
     The model's joints give the orientation of the tool frame in the base frame; so an arrow that
     is drawn in the tool frame has the right direction whatever orientation the driver reports, and
@@ -215,7 +215,7 @@ class ToolPlacer:
         """Return the tool's pose in the model; None if these joints do not move it.
 
         Args:
-            positions: those that have just arrived; other joints are where they were.
+            positions: those that have just arrived; the other joints have not moved.
             stamp_s: when they were measured.
         """
         with suppress(FramesNotConnected):
@@ -274,7 +274,7 @@ class ToolPlacer:
         return difference.offset
 
     def _may_learn(self) -> bool:
-        """Return whether the tool frame was chosen here, and is not where the tool is reported."""
+        """Return whether the tool frame was chosen here and differs from the reported tool."""
         return (not self._parameters.foot_at_tool_frame and self._difference.is_settled()
                 and not self._is_near(self._difference.median()))
 
@@ -287,7 +287,7 @@ class ToolPlacer:
         return difference.angle > limit_rad  # never for NaN
 
     def _count_apart(self, difference: Difference) -> None:
-        """Count looks in a row that found a difference; motion that hides it does not end them."""
+        """Count consecutive checks that found a difference, also across motion that hides it."""
         if not self._difference.is_new:
             return
         self._difference.is_new = False

@@ -112,13 +112,13 @@ class RecordedJoints(NamedTuple):
 
 SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
-"""Maximum rate at which joint states are used beside poses, as in robot_state_publisher.
+"""Maximum rate at which joint states are used in addition to poses, as in robot_state_publisher.
 
-For a tool that is found from joints alone every state counts, as for its curve.
+For a tool located from joints alone, every state is used, as for its curve.
 """
 ANSWER_S = 5.0
 _NS = 1e-9
-_MIN_PERIOD_SHARE = 0.9  # of a period: joint states come unevenly
+_MIN_PERIOD_SHARE = 0.9  # of a period, as joint states arrive unevenly
 Decoders = Callable[[str], Optional[PoseDecoder]]
 
 
@@ -161,7 +161,7 @@ def read_messages(service: ServiceConnection, topic: str, part: PosePart) -> Opt
 
 
 class _Event(NamedTuple):
-    """A message: its recording time [s], what finds its pose, and its topic's period [s]."""
+    """A message: its recording time [s], the function to find its pose, its topic's period [s]."""
 
     recorded_s: float
     pose: Callable[[], Optional[ToolPose]]
@@ -200,7 +200,8 @@ class RecordedReader:
             else self._decoded(part, tool, {})
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
-        # Joints from before the part count if others come in it: some are sent only when they move.
+        # Joints from before the part are used if others are in it: some are sent only when they
+        # move.
         joints = self._joints.read(self._node, self._service, reach)
         self._needs_joints = bool(joints)
         if not joints and reading is not None:
@@ -244,7 +245,7 @@ class RecordedReader:
 
 
 class _Collected(NamedTuple):
-    """Poses, why one was missing, and the period of the messages that have the first pose [s]."""
+    """Poses, why one was missing, and the period [s] of the messages that gave the first pose."""
 
     poses: List[RecordedPose]
     problem: str
@@ -254,7 +255,7 @@ class _Collected(NamedTuple):
 def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _Collected:
     """Return the poses of events, in order of time.
 
-    Of joints that come in parts, the last pose with the same stamp counts, as it has all of them.
+    If joints arrive in parts, the last pose with the same stamp is used, as it has all of them.
     Unusable messages are skipped: they are reported when they are played.
     """
     poses: List[RecordedPose] = []
@@ -276,7 +277,7 @@ def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _
     return _Collected(poses, problem, period_s)
 
 
-MOMENT_S = 0.05  # an operator does not notice a number that changes this much later
+MOMENT_S = 0.05  # an operator does not notice this delay of a number
 _RETRY_S, _WARNING_S = 1.0, 10.0
 
 
@@ -309,7 +310,7 @@ class RecordedMotion:
     """Keeps the poses around the position of playback.
 
     A worker reads them with the player's service ~read: first the poses needed for the position,
-    then those ahead. So a velocity depends only on the recording and the position, not on earlier
+    then those ahead. Thus a velocity depends only on the recording and the position, not on earlier
     messages or arrival times.
     """
 
@@ -347,7 +348,7 @@ class RecordedMotion:
         self._node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._take_state)
 
     def is_in_charge(self) -> bool:
-        """Return whether a player plays the poses, or may play them."""
+        """Return whether a player plays the poses, or may do so."""
         return self._is_played is not False and self._clock.follows_player(self._node.wall_s())
 
     @property
@@ -356,7 +357,7 @@ class RecordedMotion:
         return self._problem if self.is_in_charge() else ''
 
     def is_awaited(self) -> bool:
-        """Return whether the velocity at the position will be known in a moment."""
+        """Return whether the velocity at the position will soon be known."""
         if not self.is_in_charge() or self.moment() is not None:
             self._awaited_s = math.inf
             return False
@@ -390,11 +391,11 @@ class RecordedMotion:
         self._on_change()
 
     def _within(self, position_s: float) -> float:
-        """Return the position at which data measured at a position is stamped, or arrives."""
+        """Return the position of the stamp, or the arrival, of data measured at a position."""
         return min(max(position_s + self._latency_s, 0.0), self._duration_s)
 
     def _read(self) -> Optional[float]:
-        """Read the part needed next; return 0 s to go on at once, None if nothing is needed."""
+        """Read the part needed next; return 0 s to continue at once, None if nothing is needed."""
         with self._lock:
             recording, part = self._recording, self._next_part()
         if part is None:
@@ -441,7 +442,7 @@ class RecordedMotion:
 
 
 def _bounded(rate: float) -> float:
-    """Return the rate for which poses are read ahead; at higher ones velocities may be missing."""
+    """Return the rate for which poses are read ahead; at higher rates velocities may be missing."""
     return min(max(rate, -MAX_RATE), MAX_RATE)
 
 
@@ -466,9 +467,9 @@ class ShownVelocity(NamedTuple):
 class TwistSource:
     """The tool's velocity: live from received poses, in playback from the recording.
 
-    In playback only the position counts, not the received poses. If the recording has no velocity
-    at the position, as poses are missing there, none is shown; after ``stale_after_s`` the display
-    shows for how long.
+    In playback only the position matters, not the received poses. If the recording has no velocity
+    at the position because poses are missing there, none is shown; after ``stale_after_s`` the
+    display shows for how long.
     """
 
     def __init__(self, node: NodeHandle, recorded: Optional[RecordedMotion], window_s: float,
@@ -512,7 +513,7 @@ class TwistSource:
         self._live.settle(now_s - self._latency_s)
 
     def is_awaited(self) -> bool:
-        """Return whether the velocity will be known in a moment, so that drawing should wait."""
+        """Return whether the velocity will soon be known, so that drawing should wait."""
         return self._recorded is not None and self._recorded.is_awaited()
 
     def twist(self) -> Optional[Twist]:
@@ -524,7 +525,7 @@ class TwistSource:
         return _twist(self._live.velocity(), self._live.angular_velocity(), self._live.wall_s())
 
     def shown(self) -> ShownVelocity:
-        """Return the velocity to show at present."""
+        """Return the velocity to show now."""
         if self._recorded is None or not self._recorded.is_in_charge():
             return ShownVelocity(self._live.velocity() or self._last_recorded)
         moment = self._recorded.moment()
@@ -539,7 +540,7 @@ class TwistSource:
         """Return a wall time [s] that has just been read, as ROS time.
 
         Without simulated time both are the same. Reading the clock again would add the time that
-        the thread had to wait in between, at 4x four times.
+        the thread had to wait in between, at 4x four times that time.
         """
         return wall_s if self._node.is_wall_clock() else self._node.ros_s()
 
