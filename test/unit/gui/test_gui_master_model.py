@@ -208,7 +208,10 @@ def test_a_picture_that_is_seconds_old_is_told(drawing: Drawing) -> None:
         drawing.look(5)
         drawing.look(1, draws=True)
     assert drawing.watch.picture_age_s == 3.0 and drawing.found == []
-    drawing.look(30, draws=True)
+    assert not drawing.watch.draws_again
+    drawing.look(6, draws=True)
+    assert drawing.watch.picture_age_s == 3.0 and drawing.watch.draws_again
+    drawing.look(24, draws=True)
     assert drawing.watch.picture_age_s == 0.0
 
 

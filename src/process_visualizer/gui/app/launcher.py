@@ -59,6 +59,7 @@ from process_visualizer.launching.ros_master import RosMasterError
 _MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
 _OTHER_CELL = 'The nodes are still those of {}: press Apply to launch those of {}.'
 _SLOW = 'RViz draws slowly on this computer: its picture is up to {:.0f} s behind.'
+_WAS_SLOW = 'RViz drew slowly a moment ago: its picture was up to {:.0f} s behind.'
 _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
               RecordingPhase.RECORDING: 'Recording',
               RecordingPhase.STOPPING: 'Finishing the recording'}
@@ -339,7 +340,8 @@ class Launcher(QObject):
                 os.path.basename(running.cell.file), os.path.basename(self.session.file)))
         text = status_text(self.launch.phase, mode, activity, trouble, self.live_comparison.text)
         if self.launch.is_running and self.watch.picture_age_s:
-            text += '\n' + _SLOW.format(self.watch.picture_age_s)
+            slow = _WAS_SLOW if self.watch.draws_again else _SLOW
+            text += '\n' + slow.format(self.watch.picture_age_s)
         reason = self.blocked_reason() if self.launch.is_idle else ''
         if reason and not self.master.is_lost:
             return f'Cannot launch: {within_sentence(reason)}'

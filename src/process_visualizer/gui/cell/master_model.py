@@ -157,6 +157,11 @@ class WatchModel(QObject):
         """Age of RViz's picture just before the next one [s]; 0 if it draws quickly enough."""
         return self._slow * _DRAWING_LOOK_MS / 1000.0
 
+    @property
+    def draws_again(self) -> bool:
+        """True when RViz, which was slow shortly before, draws quickly enough."""
+        return self._slow > 0 and self._calm > _SLOW_LOOKS
+
     def take_drawing(self) -> None:
         """Note that RViz has reported that it draws."""
         self._draws, self._missed = True, 0
@@ -171,14 +176,14 @@ class WatchModel(QObject):
         self._report()
 
     def _look_at_pace(self) -> None:
-        before = self._slow
+        before = self._slow, self.draws_again
         self._calm = 0 if self._missed >= _SLOW_LOOKS else self._calm + 1
         hangs = self._missed > _MAX_MISSED_LOOKS  # which is reported instead
         if not self._draws or hangs or self._calm > _CALM_LOOKS:
             self._slow = 0
         elif self._missed >= _SLOW_LOOKS:
             self._slow = max(self._slow, self._missed)
-        if self._slow != before:
+        if (self._slow, self.draws_again) != before:
             self.slowed.emit()
 
     def _take_look(self, look: CellLook) -> None:
