@@ -342,7 +342,10 @@ class Timeline:
                 return
             later_ns = now_ns + (self._head_start_ns if begins else 0)
             self._state = replace(self._state, bag_ns=bag_ns, monotonic_ns=later_ns)
-            self._achieved.lose(now_ns, later_ns - due_ns)
+            if begins:
+                self._achieved.restart(later_ns)  # a new scene takes time on any computer
+            else:
+                self._achieved.lose(now_ns, later_ns - due_ns)
 
     def skip_to(self, bag_ns: int, version: int) -> None:
         """Skip to a later bag time [ns] with no messages before it; no new scene begins.

@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 from rospy import Time
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.clients.bag_recorder import RecordingOptions
 from process_visualizer.gui.app import launcher_app
 from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.launcher import Launcher
@@ -31,6 +32,7 @@ from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_places import MIN_LAUNCHER_PX
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.toolkit import dialogs
 from process_visualizer.gui.toolkit.labels import with_details
 from process_visualizer.gui.toolkit.scrolling import TextPlace
@@ -692,3 +694,13 @@ def test_the_programs_that_take_pictures_name_what_there_is(window: LauncherApp,
             assert hasattr(it, name), '.'.join([begin, *names])
             it, seen = getattr(it, name), seen + 1
     assert seen > 20
+
+
+def test_a_message_about_a_refused_recording_goes_when_one_starts(window: LauncherApp) -> None:
+    recording = window._launcher.recording
+    recording._enter(recording.state._replace(refused_options=RecordingOptions()))
+    recording.failed.emit('a.bag exists already')
+    (box,) = window.findChildren(QMessageBox, 'message')
+    assert box.isVisible()
+    recording._enter(recording.state._replace(phase=RecordingPhase.RECORDING))
+    assert not box.isVisible()

@@ -211,6 +211,20 @@ def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared
     assert panel.finished.isHidden()
 
 
+def test_moments_while_the_nodes_end_are_not_compared(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    begin = round(run.begin_s) + 1
+    compared.run(begin + 4, run)
+    run_in(compared.stand.session, None)  # as after a click on Playback; the node still says where
+    (row,) = compared.model.finished
+    assert 'not compared after' in row.verdict
+    for tenth in range(30):
+        compared.model.take_phase(PhaseSnapshot(
+            BEGIN_S + begin + 4 + 0.1 * tenth, begin + 4 + 0.1 * tenth - run.begin_s, None))
+    compared.model._follow()
+    assert compared.model.finished == (row,)
+
+
 def test_it_is_judged_while_nobody_looks_and_while_the_curves_are_held(compared: Compared) -> None:
     run = compared.choose(0)
     compared.stand.model.hold(True)

@@ -308,6 +308,15 @@ class TestLoop:
         stand.model.set_loop_begin(8.0)
         assert stand.commands()[-1] == ('set_loop', True, 8.0, 20.0)
 
+    @pytest.mark.parametrize('rate, set_point, start_s', [
+        (1.0, 'set_loop_end', 4.0), (-1.0, 'set_loop_begin', 20.0)])
+    def test_a_loop_whose_end_is_set_while_it_plays_begins_again(
+            self, stand: PlaybackStand, rate: float, set_point: str, start_s: float) -> None:
+        stand.model.set_loop_begin(4.0)
+        stand.state(position_s=8.0, rate=rate, paused=False)
+        getattr(stand.model, set_point)()
+        assert ('seek', start_s) in stand.commands()
+
     def test_points_too_close_are_refused(self, stand: PlaybackStand) -> None:
         stand.model.set_loop_begin(8.0)
         stand.model.set_loop_end(8.05)

@@ -175,15 +175,23 @@ def test_the_states_between(find, running, client, qtbot):
 
 def test_the_name(find, running, qtbot, tmp_path):
     assert find(QRadioButton, 'record_by_date').isChecked()
-    assert not find(QLineEdit, 'record_name').isEnabled()
     (tmp_path / 'seam.bag').touch()
-    click(find, 'record_by_name', QRadioButton)
+    qtbot.mouseClick(find(QLineEdit, 'record_name'), Qt.LeftButton)
+    assert find(QRadioButton, 'record_by_name').isChecked()
     assert 'Write a name' in text(find, 'record_problem')
     qtbot.keyClicks(find(QLineEdit, 'record_name'), 'seam')
     qtbot.waitUntil(lambda: 'seam.bag exists already' in text(find, 'record_problem'))
     find(QLabel, 'record_problem').linkActivated.emit('free')
     qtbot.waitUntil(lambda: not text(find, 'record_problem'))
     assert running.choices.name == find(QLineEdit, 'record_name').text() == 'seam-2'
+
+
+def test_a_name_that_is_written_is_chosen(find, running, qtbot):
+    qtbot.keyClicks(find(QLineEdit, 'record_prefix'), 'run')
+    assert find(QRadioButton, 'record_by_prefix').isChecked() and running.choices.prefix == 'run'
+    find(QRadioButton, 'record_by_date').click()
+    assert find(QRadioButton, 'record_by_date').isChecked()
+    assert find(QLineEdit, 'record_prefix').text() == 'run'
 
 
 def test_a_folder_that_is_chosen_stays_whatever_was_written_before(find, running, qtbot, tmp_path):

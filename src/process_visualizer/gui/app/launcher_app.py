@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from enum import Enum
 from pathlib import Path
-from typing import Callable, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, NamedTuple, Optional, Sequence, Set, Tuple
 
 from PyQt5.QtCore import QEvent, QObject, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QDropEvent, QGuiApplication
@@ -55,6 +55,7 @@ from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.live.live_panel import LivePanel
 from process_visualizer.gui.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.recording.recording_panel import RecordingPanel
+from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.toolkit.desktop import open_in_editor, working_folder
 from process_visualizer.gui.toolkit.dialogs import (
     ask,
@@ -81,6 +82,21 @@ class WindowQuestions(QObject):
         self._message: Optional[QMessageBox] = None
         self._mixture: Optional[QMessageBox] = None
         self._lost: Optional[QMessageBox] = None
+        self._refused: Set[str] = set()  # messages about recordings that did not start
+        launcher.recording.failed.connect(self._note_refusal)
+        launcher.recording.changed.connect(self._drop_refusals)
+
+    def _note_refusal(self, message: str) -> None:
+        if self._launcher.recording.state.refused_options is not None:
+            self._refused.add(parted(sentence(message))[0])
+
+    def _drop_refusals(self) -> None:
+        """Close the message once a recording has started, if it says only why one did not."""
+        if self._refused and self._launcher.recording.phase is RecordingPhase.RECORDING:
+            if self._message is not None and self._refused.issuperset(
+                    self._message.text().split('\n\n')):
+                self._message.close()
+            self._refused.clear()
 
     def show_message(self, message: str) -> None:
         """Show a message; further ones are added to it while it is open."""

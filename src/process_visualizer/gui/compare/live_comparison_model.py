@@ -228,7 +228,7 @@ class LiveComparisonModel(QObject):
         """Update the current moment of the reference run."""
         self._newest = phase
         self._history.add(phase.stamp_s, phase.reference_s)
-        if self._runs is not None and self._has_common:
+        if self._runs is not None and self._has_common and self._live.is_running:
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:

@@ -274,11 +274,18 @@ class PlaybackModel(QObject):
 
     def set_loop_begin(self, position_s: Optional[float] = None) -> None:
         """Repeat from a position (None: the current one) to B, or to the end without a later B."""
-        self._set_loop(True, self.state.points.with_begin(self._chosen(position_s)))
+        points = self.state.points.with_begin(self._chosen(position_s))
+        self._set_loop(True, points)
+        if position_s is None and self.rate < 0.0:
+            self._loop_now(points, points.bounds(self.state.duration_s)[1])
 
     def set_loop_end(self, position_s: Optional[float] = None) -> None:
         """Repeat up to a position (None: the current one); swap A and B if it lies before A."""
-        self._set_loop(True, self.state.points.with_end(self._chosen(position_s)))
+        end_s = self._chosen(position_s)
+        points = self.state.points.with_end(end_s)
+        self._set_loop(True, points)
+        if position_s is None and self.rate > 0.0 and points.end_s == end_s:
+            self._loop_now(points, points.bounds(self.state.duration_s)[0])
 
     def move_loop_point(self, which: str, position_s: float) -> None:
         """Drag 'A' or 'B' to a position, as far as the other point allows."""
@@ -329,6 +336,11 @@ class PlaybackModel(QObject):
 
     def _chosen(self, position_s: Optional[float]) -> float:
         return self.state.within(self.position_s if position_s is None else position_s)
+
+    def _loop_now(self, points: LoopPoints, start_s: float) -> None:
+        """Begin the next pass: while playing, the position has just passed the new end."""
+        if self.state.is_playing and self.state.points == points:
+            self.seek(start_s)
 
     def _set_loop(self, on: bool, points: LoopPoints) -> None:
         if not self.state.is_available:

@@ -7,7 +7,7 @@ import os
 from typing import Dict, NamedTuple, Optional, Sequence
 
 from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
-from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QButtonGroup,
     QFileDialog,
@@ -427,8 +427,6 @@ class NameOptions(QWidget):
         """Show the choices."""
         choice = self._choices.name_choice
         self._buttons[choice].setChecked(True)
-        self._prefix.setEnabled(choice is NameChoice.PREFIX)
-        self._name.setEnabled(choice is NameChoice.NAME)
         for line, text in ((self._prefix, self._choices.prefix), (self._name, self._choices.name),
                            (self._folder, self._choices.folder)):
             if not line.hasFocus() and line.text() != text:
@@ -480,6 +478,8 @@ class NameOptions(QWidget):
         self._buttons[choice] = button
 
     def _connect(self) -> None:
+        self._prefix.chosen.connect(lambda: self._choices.choose_name(NameChoice.PREFIX))
+        self._name.chosen.connect(lambda: self._choices.choose_name(NameChoice.NAME))
         self._prefix.textEdited.connect(self._choices.set_prefix)
         self._name.textEdited.connect(self._choices.set_name)
         self._folder.editingFinished.connect(
@@ -502,8 +502,23 @@ def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
     return layout
 
 
-def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLineEdit:
-    line = QLineEdit()
+class _Line(QLineEdit):
+    """A line that signals that it is meant: it was clicked or edited."""
+
+    chosen = pyqtSignal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.textEdited.connect(lambda _text: self.chosen.emit())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        super().mousePressEvent(event)
+        self.chosen.emit()
+
+
+def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> _Line:
+    line = _Line()
     line.setObjectName(name)
     line.setAccessibleName(accessible_name)
     line.setPlaceholderText(placeholder)
