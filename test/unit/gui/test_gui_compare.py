@@ -148,6 +148,9 @@ def test_a_long_name_of_a_recording_leaves_the_verdict_its_room(stand: Stand) ->
     stand.find()
     tree = stand.panel.runs
     assert column(tree, 0)[3].endswith('-12.bag#4')
+    assert tree.columnWidth(0) > 0.6 * tree.viewport().width()  # there is no verdict yet
+    stand.tick(0, 1)
+    stand.compare()
     assert tree.columnWidth(0) == int(0.4 * tree.viewport().width())
     stand.panel.resize(2000, 700)
     assert tree.columnWidth(0) == tree.sizeHintForColumn(0)

@@ -172,6 +172,7 @@ class ComparePanel(QWidget):
         if self._listed is not model.runs:
             self._listed = model.runs
             tree.show_rows([_run_row(it) for it in model.runs])
+        tree.give_names_room(model.compared is None)
         for number in range(len(model.runs)):
             item = tree.topLevelItem(number)
             self._show_verdict(item, number)
@@ -388,6 +389,12 @@ class _RowsTree(QTreeWidget):
         self.clear()
         self.addTopLevelItems(list(items))
         self._fit()
+
+    def give_names_room(self, takes_room: bool) -> None:
+        """Give names the room of the last column, or take it back; see ``show_rows``."""
+        if takes_room != self._takes_room:
+            self._takes_room = takes_room
+            self._fit()
 
     def add_rows(self, items: Sequence[QTreeWidgetItem]) -> None:
         """Add rows below the others; the end stays in view unless it was scrolled away."""
