@@ -13,7 +13,6 @@
 #include <QPlainTextEdit>
 #include <QTextEdit>
 #include <QWidget>
-#include <algorithm>
 #include <chrono>
 #include <sstream>
 
@@ -74,11 +73,14 @@ std::set<std::string> lines(const std::string& text) {
   return found;
 }
 
+constexpr std::int32_t kMaxLate_ms = 60'000;  ///< later, one of the clocks has stood still
+
 double InputAge::of(std::uint32_t received_ms, std::uint32_t handled_ms) {
   if (received_ms == 0) return 0.0;
   const std::uint32_t difference_ms = handled_ms - received_ms;
-  if (!offset_ms_ || static_cast<std::int32_t>(difference_ms - *offset_ms_) < 0)
-    offset_ms_ = difference_ms;
+  const auto later_ms =
+      static_cast<std::int32_t>(difference_ms - offset_ms_.value_or(difference_ms));
+  if (!offset_ms_ || later_ms < 0 || later_ms > kMaxLate_ms) offset_ms_ = difference_ms;
   return 1e-3 * static_cast<double>(difference_ms - *offset_ms_);
 }
 

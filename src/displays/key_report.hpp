@@ -35,7 +35,8 @@ bool movesWithin(int key);
 std::set<std::string> lines(const std::string& text);
 
 /// The age of input to a window that handles it late, since the X server received it. The server
-/// has a clock of its own: the event that was handled soonest counts as handled at once.
+/// has a clock of its own: the event that was handled soonest counts as handled at once, and so
+/// does one that seems to be a minute late, as after the suspension of one of two computers.
 class InputAge {
  public:
   /// \param received_ms  time of an event (X server's clock; 0 is unknown), which may wrap around

@@ -61,6 +61,13 @@ TEST(InputAge, CountsFromTheEventHandledSoonest) {
   EXPECT_DOUBLE_EQ(age.of(10'990, 511'000), 0.01);
 }
 
+TEST(InputAge, AClockThatStoodStillMakesNothingOld) {
+  InputAge age;
+  EXPECT_DOUBLE_EQ(age.of(1'000, 1'000), 0.0);
+  EXPECT_DOUBLE_EQ(age.of(2'000, 3'602'000), 0.0) << "the X server's computer was suspended";
+  EXPECT_DOUBLE_EQ(age.of(3'000, 3'604'000), 1.0);
+}
+
 TEST(InputAge, ClocksWrapAround) {
   InputAge age;
   EXPECT_DOUBLE_EQ(age.of(0xffffff00U, 1'000), 0.0);
