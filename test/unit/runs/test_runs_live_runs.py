@@ -165,7 +165,27 @@ def test_a_run_is_in_range_only_from_where_its_values_are_known_again() -> None:
     cell.pass_(1.0, 4.0, is_judged=False)
     cell.pass_(3.0, 5.0)
     cell.pass_(2.0, None)
-    assert cell.finished[-1].verdict == 'in range from 0:05.00 on'
+    assert cell.finished[-1].verdict == 'in range, not compared from 0:03.90 to 0:05.00'
+    assert cell.finished[-1].is_good_in_part
+
+
+def test_a_run_that_ends_just_after_a_gap_is_a_run() -> None:
+    cell = Following()
+    cell.pass_(6.0, 0.0)
+    cell.runs.lose()
+    cell.pass_(1.7, 6.0, is_judged=False)
+    cell.pass_(0.3, 7.7)
+    cell.pass_(2.0, None)
+    assert [it.verdict for it in cell.finished] == ['in range, not compared from 0:05.90 to 0:07.70']
+
+
+def test_a_run_whose_beginning_was_lost_is_compared_from_where_its_values_are_known() -> None:
+    cell = Following()
+    cell.runs.lose()
+    cell.pass_(4.0, 0.0, is_judged=False)
+    cell.pass_(4.0, 4.0)
+    cell.pass_(2.0, None)
+    assert cell.finished[-1].verdict == 'in range from 0:04.00 on'
 
 
 def test_a_run_whose_values_do_not_come_again_is_not_said_to_be_in_range() -> None:

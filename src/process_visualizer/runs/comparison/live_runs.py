@@ -35,7 +35,8 @@ class FinishedRun(NamedTuple):
     ``lost_from_s``, from which on there were no values until its end; ``watched_until_s``, at which
     the comparison ended, while the run may have gone on. ``unjudged`` names channels that lacked
     values for a part of the run, each with how long. ``unwatched_s`` are the stretches of the
-    reference (begin and end) in which nothing was compared, because nodes were restarted.
+    reference (begin and end) in which nothing was compared: all data was missing, or nodes were
+    restarted.
     """
 
     began_s: float
@@ -132,6 +133,7 @@ class _Run(NamedTuple):
     last_s: float
     reference_s: float
     seen_from_s: float
+    unwatched_s: Tuple[Tuple[float, float], ...] = ()
 
 
 class LiveRuns:
@@ -144,6 +146,7 @@ class LiveRuns:
         self._departed: Dict[str, Tuple[LiveDeparture, float]] = {}
         self._unjudged_s: Dict[str, float] = {}
         self._is_judged = self._is_lost = False
+        self._gap_from_s: Optional[float] = None  # moment at which a comparison was interrupted
         self._lost: Optional[_Run] = None  # the run as it was when its values ended
         self._is_waiting = False  # for values, as the run has ended without them
 
@@ -186,8 +189,12 @@ class LiveRuns:
         run = self._run
         if run is None:
             return
-        if was_lost:
+        if was_lost and self._gap_from_s is not None:
+            gap_s = self._gap_from_s, run.reference_s
+            run = self._run = run._replace(unwatched_s=(*run.unwatched_s, gap_s))
+        elif was_lost:
             run = self._run = run._replace(seen_from_s=run.reference_s)
+        self._gap_from_s = None
         self._is_judged = True
         for name, seconds in unjudged_s.items():
             self._unjudged_s[name] = self._unjudged_s.get(name, 0.0) + seconds
@@ -200,9 +207,11 @@ class LiveRuns:
     def lose(self) -> None:
         """Note that values are unknown until ``judge`` is called again.
 
-        A run without departures so far counts as compared only from then on. A run that is lost for
+        What is compared before and after belongs to one run, with a gap. A run that is lost for
         long is over.
         """
+        if self._run is not None and self._is_judged and not self._is_lost:
+            self._gap_from_s = self._run.reference_s
         self._is_lost, self._is_judged = True, bool(self._departed)
 
     def end(self, is_watched: bool = True) -> Optional[FinishedRun]:
@@ -214,7 +223,7 @@ class LiveRuns:
         run, departed, is_judged = self._run, self._departed, self._is_judged
         lost, self._lost = self._lost, None
         unjudged_s, self._unjudged_s = self._unjudged_s, {}
-        self._run, self._departed, self._is_judged = None, {}, False
+        self._run, self._departed, self._is_judged, self._gap_from_s = None, {}, False, None
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
         if run.seen_from_s > _OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
@@ -229,7 +238,7 @@ class LiveRuns:
                            None if is_watched or is_whole else run.reference_s,
                            tuple(f'{name} for {it:.1f} s' for name, it in unjudged_s.items()
                                  if it > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
-                                     run.last_s - run.began_s))))
+                                     run.last_s - run.began_s))), run.unwatched_s)
 
 
 def _text(departure: LiveDeparture, from_s: float) -> str:
