@@ -12,7 +12,7 @@ from typing import Optional
 import numpy as np
 
 from process_visualizer.robot.late_arrivals import LateArrivals, is_even, undated
-from process_visualizer.robot.velocity import GAP_S
+from process_visualizer.robot.velocity import GAP_S, MIN_PERIOD_SHARE
 
 USABLE_WITHIN_S = 1.0  # of the arrival; other stamps are from another computer's clock
 
@@ -40,7 +40,6 @@ class MeasuringTime:
 
 
 _MAX_BUNCHED = 50  # messages
-_MIN_PERIOD_SHARE = 0.99  # of the period, as in ToolVelocity
 _SPAN = 20  # messages: intervals over a span are even, although some came late
 
 
@@ -121,7 +120,7 @@ def _unbunched(arrival_s: np.ndarray, period_s: Optional[float]) -> np.ndarray:
     count = len(arrival_s)
     if period_s is None:
         period_s = sending_period_s(arrival_s)
-    ideal_s = np.arange(count) * (_MIN_PERIOD_SHARE * period_s)
+    ideal_s = np.arange(count) * (MIN_PERIOD_SHARE * period_s)
     late_s = arrival_s - ideal_s
     least_s = late_s.copy()
     for follower in range(1, min(_MAX_BUNCHED, count - 1) + 1):

@@ -201,7 +201,7 @@ class SendingPeriod:
 
 HOLD_S = 0.05
 _MAX_BUNCHED = 50  # messages: in a longer bunch, only so many followers date a pose
-_MIN_PERIOD_SHARE = 0.99  # factor of the measured period: its small errors must not add up
+MIN_PERIOD_SHARE = 0.99  # factor of the measured period: its small errors must not add up
 _SET_BACK_S = 0.1  # minimum step back of a clock for a new start
 
 
@@ -308,7 +308,7 @@ class ToolVelocity:
 
 def _measured_s(sample: _Arrival, followers: Iterable[_Arrival], period_s: float) -> float:
     """Return the latest possible time [s] of a pose: its followers came whole periods later."""
-    step_s = _MIN_PERIOD_SHARE * period_s
+    step_s = MIN_PERIOD_SHARE * period_s
     latest_s, before_s = sample.time_s, 0.0
     for follower in followers:
         if sample.rate <= 0.0 or follower.rate <= 0.0:
