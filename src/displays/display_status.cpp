@@ -292,7 +292,7 @@ class CoveredPace : public QObject {
     connect(&timer_, &QTimer::timeout, this, [this] { manager_->startUpdate(); });
   }
 
-  /// Makes a pause before the next picture if the window is covered. Call this for each picture.
+  /// Pauses before the next picture if the window is covered. Call this for each picture.
   void follow() {
     is_covered_ = is_covered_ && subscriber_.getNumPublishers() > 0;
     if (!is_covered_ || timer_.isActive()) return;

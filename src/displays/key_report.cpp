@@ -73,7 +73,7 @@ std::set<std::string> lines(const std::string& text) {
   return found;
 }
 
-constexpr std::int32_t kMaxLate_ms = 60'000;  ///< later, one of the clocks has stood still
+constexpr std::int32_t kMaxLate_ms = 60'000;  ///< above this, one of the clocks was stopped
 
 double InputAge::of(std::uint32_t received_ms, std::uint32_t handled_ms) {
   if (received_ms == 0) return 0.0;
