@@ -222,6 +222,8 @@ def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) 
 
     assert told(1.5) == []
     assert set(told(2.5)) == {'no cloud comes; the points in the picture are out of date'}
+    [first, *_] = [it for sent in watch.node.sent('/diagnostics') for it in sent.status]
+    assert {it.key: it.value for it in first.values}['for_s'] == '2.5', 'since the last cloud'
     watch.wait(10.0)  # the depth processor is gone: still no cloud arrives
     count = len(told(0.1))
     assert len(told(0.1)) == count

@@ -162,8 +162,11 @@ def message_conditions(device: str, warnings: Iterable[NodeWarning],
     return list(found.values())
 
 
-def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return a condition for each silent node, as reported by the nodes that watch all others."""
+def silence_conditions(warnings: Iterable[NodeWarning], epoch_s: float) -> List[Condition]:
+    """Return a condition for each silent node, as reported by the nodes that watch all others.
+
+    ``epoch_s`` is the time since the epoch [s] at which the clock of the warnings was 0.
+    """
     found: Dict[str, Condition] = {}
     for it in warnings:
         node = it.values.get(SILENT_NODE_KEY)
@@ -171,14 +174,20 @@ def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
             device = it.values.get(CONCERNED_KEY, '')
             actions = (Action.RESTART_DEVICE,) if device else (Action.RESTART_PART,)
             found.setdefault(node, Condition(device or _FRAMES, node, it.text, Level.BAD, actions,
-                                             device or FRAMES_PART, node))
+                                             device or FRAMES_PART, node,
+                                             since_s=it.since_s + epoch_s))
     return list(found.values())
 
 
-def cloud_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:
-    """Return a condition if a device's clouds are missing, as the node scene_watch reports."""
+def cloud_conditions(device: str, warnings: Iterable[NodeWarning],
+                     epoch_s: float) -> List[Condition]:
+    """Return a condition if a device's clouds are missing, as the node scene_watch reports.
+
+    It begins with the last cloud. ``epoch_s`` is the time since the epoch [s] at which the clock
+    of the warnings was 0.
+    """
     return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
-                      end='clouds come again')
+                      since_s=it.since_s + epoch_s, end='clouds come again')
             for it in warnings if it.values.get(STALE_POINTS_KEY) == device]
 
 

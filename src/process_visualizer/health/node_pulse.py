@@ -111,6 +111,7 @@ class NodePulse:
         """``name`` is the node's name; see `Pulses` for ``connect``."""
         self.name, self._connect = name, connect
         self.problem = ''  # ENDED, SILENT or nothing
+        self.problem_since_s = math.inf  # when the question was asked that showed it
         self.is_expected = False  # has been up already, or is known to the master
         self._seen = self._is_sent = False
         self._late_from_s: Optional[float] = None  # when silence becomes a problem
@@ -130,6 +131,7 @@ class NodePulse:
     def postpone(self, late_s: float) -> None:
         """Exclude from the node's silence a time in which this program could not listen."""
         self._deadline_s += late_s
+        self._asked_s += late_s
         if self._late_from_s is not None:
             self._late_from_s += late_s
 
@@ -232,7 +234,10 @@ class NodePulse:
     def _note(self, problem: str) -> None:
         """Note the problem, unless the node may not have started yet."""
         is_there = self._seen or (self.is_expected and self._is_late)
-        self.problem = problem if is_there else ''
+        problem = problem if is_there else ''
+        if problem != self.problem:
+            self.problem_since_s = self._asked_s if problem else math.inf
+        self.problem = problem
 
 
 class Pulses:

@@ -56,9 +56,10 @@ class FramePublisher:
         """Ask ``scene_watch``; return the time until the next question [s]."""
         self._lookup.is_silent = False
         self._pulses.step(self._node.monotonic_s(), _LISTEN_S)
-        is_silent = self._pulses.nodes[_WATCH].problem == SILENT
-        self._silent.tell({_WATCH: SilentNode('', 'nodes that hang are not reported')}
-                          if is_silent else {})
+        watch = self._pulses.nodes[_WATCH]
+        self._silent.tell({_WATCH: SilentNode('', 'nodes that hang are not reported',
+                                              watch.problem_since_s)}
+                          if watch.problem == SILENT else {})
         return _PERIOD_S
 
     def _on_set_frame(self, request: SetFrameRequest) -> SetFrameResponse:

@@ -115,10 +115,12 @@ class SceneWatch:
     def _silent_nodes(self) -> Dict[str, SilentNode]:
         """Return the nodes that hang; the program that started the nodes knows which have ended."""
         devices = {device.name for device in self._devices} - {ITSELF}
-        return {name: SilentNode(device if device in devices else '', meaning)
+        pulses = self._pulses.nodes
+        return {name: SilentNode(device if device in devices else '', meaning,
+                                 pulses[name].problem_since_s)
                 for device, meanings in self._meanings.items()
                 for name, meaning in meanings.items()
-                if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
+                if name in pulses and pulses[name].problem == SILENT}
 
     def _report_stale_points(self) -> None:
         """Report the clouds that do not arrive; a cloud without a reported age keeps its state."""
@@ -128,7 +130,7 @@ class SceneWatch:
                 continue
             if age_s > max(self._stale_after_s, ALARM_AGE_S):
                 self._clouds.state(f'points of {device}', NO_CLOUD, {STALE_POINTS_KEY: device},
-                                   LOG_PERIOD_S)
+                                   LOG_PERIOD_S, since_s=reported_s - age_s)
             else:
                 self._clouds.end(f'points of {device}')
 

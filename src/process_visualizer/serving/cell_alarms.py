@@ -129,7 +129,7 @@ class CellAlarms:
 
     def _conditions(self, wall_s: float, clock_s: float) -> List[Condition]:
         present = self.warnings.present(clock_s)
-        found = list(silence_conditions(present))
+        found = list(silence_conditions(present, wall_s - clock_s))
         for device in self._devices:
             name = device.name
             own = [it for it in present if _is_of(it, name)]

@@ -703,11 +703,12 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
 def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:
     def say(severity: 'Severity | None') -> None:
         stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud comes',
-                              stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '0.0'})
+                              stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '2.5'})
         stand.warnings.look()
 
     say(Severity.WARNING)
     assert stand.texts() == ['arm: no cloud comes']
+    assert stand.model.alarms[0].since_s == NOON_S + stand.now_s - 2.5, 'the last cloud came then'
     say(None)
     assert stand.says_no_alarms()
     assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds come again')

@@ -178,6 +178,17 @@ def test_without_new_values_nothing_is_said_to_be_in_range(compared: Compared) -
     assert finished.verdict == 'no data'
 
 
+def test_data_that_has_just_resumed_is_not_called_missing(compared: Compared) -> None:
+    """Its first values cannot be judged yet, as robots begin to move then."""
+    run = compared.choose(0, 1)
+    compared.run(6, run)
+    model = compared.model
+    model._is_stale, model._known_s = True, model._now_s - 1.4
+    assert model.text.startswith('Not compared: no data since ')
+    model._known_s = model._now_s - 0.1
+    assert model.text == 'Not compared yet: data has resumed'
+
+
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,
                                                               qtbot: QtBot) -> None:
     run = compared.choose(0, 1)

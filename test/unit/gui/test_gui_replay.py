@@ -262,6 +262,22 @@ def test_a_window_that_is_closed_ends_it_without_complaint(stand: Stand) -> None
     assert stand.replay.is_live and not stand.failures
 
 
+def test_its_rviz_that_is_killed_comes_back_to_the_same_moment(stand: Stand) -> None:
+    stand.begin()
+    stand.tools.names()
+    killed = NodeReport('/rviz').registered().exited(-9)
+    stand.report(RVIZ_PART, PartState.RUNNING, killed)
+    stand.tasks.end_all()
+    assert stand.replay.phase is ReplayPhase.PREPARING
+    assert stand.tools.names() == ['restart']
+    for state in (PartState.STOPPING, PartState.STOPPED, PartState.STARTING, PartState.RUNNING):
+        assert not stand.replay.is_live
+        stand.report(RVIZ_PART, state)
+    stand.tasks.end_all()
+    assert stand.tools.names() == ['show']
+    assert stand.replay.phase is ReplayPhase.SHOWN and not stand.failures
+
+
 def test_a_window_that_is_closed_before_it_shows_anything_is_told(stand: Stand) -> None:
     stand.replay.show(990.0, stand.choice)
     stand.tasks.end_all()

@@ -180,6 +180,39 @@ def test_a_run_that_ends_just_after_a_gap_is_a_run() -> None:
     assert run.verdict == 'in range, not compared from 0:05.90 to 0:07.70'
 
 
+def test_a_silent_ghost_is_a_gap_in_the_comparison_that_is_named_once() -> None:
+    """*Apply* restarts nodes while the process continues."""
+    cell = Following()
+    cell.pass_(4.1, 0.0)
+    cell.now_s += 2.0
+    cell.pass_(1.9, 6.1)
+    cell.runs.judge([], {'the moment in the reference': 2.0, 'arm tool force': 2.3, 'feed': 3.9})
+    cell.pass_(2.0, None)
+    run, = cell.finished
+    assert run.verdict == ('in range, not compared from 0:04.00 to 0:06.10, '
+                           'no data of feed for 3.9 s')
+
+
+def test_what_moves_after_a_silent_ghost_may_be_another_run() -> None:
+    cell = Following()
+    cell.pass_(4.1, 0.0)
+    cell.now_s += 8.0
+    cell.pass_(3.0, 5.0)
+    cell.pass_(2.0, None)
+    assert [it.verdict for it in cell.finished] == [
+        'in range, not compared after 0:04.00', 'in range from 0:05.00 on']
+
+
+def test_an_interruption_too_short_to_be_missed_is_not_named(following: Following) -> None:
+    following.pass_(4.1, 0.0)
+    begun = following.runs.end(is_watched=False)
+    following.pass_(LENGTH_S - 4.2, 4.2)
+    rest = following.runs.end()
+    assert begun is not None and rest is not None
+    whole = with_rest(begun, rest)
+    assert whole is not None and whole.verdict == 'in range'
+
+
 def test_a_run_whose_beginning_was_lost_is_compared_from_where_its_values_are_known() -> None:
     cell = Following()
     cell.runs.lose()

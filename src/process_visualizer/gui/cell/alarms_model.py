@@ -233,7 +233,8 @@ class AlarmsModel(QObject):
         for part, title in part_titles(running.mode).items():
             if part in self._launch.reports:
                 conditions += self._history(title, self._launch.reports[part], own_restart(part))
-        silent = silence_conditions(self._states.watch_warnings())
+        epoch_s = self._wall_s() - self._clock_s()
+        silent = silence_conditions(self._states.watch_warnings(), epoch_s)
         parts = {node.name: part for part, report in self._launch.reports.items()
                  for node in report.nodes}
         # A node that was asked may have ended meanwhile, which is an alarm of its own.
@@ -244,13 +245,12 @@ class AlarmsModel(QObject):
         if running.mode is Mode.PLAYBACK:
             return [*conditions, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]
-        epoch_s = self._wall_s() - self._clock_s()
         sources = {it.source for it in conditions}
         for device in running.devices:
             warnings = self._states.warnings(device.name)
             if device.name not in sources:  # otherwise the reason is shown already
                 conditions += self._missing(
-                    cloud_conditions(device.name, self._states.watch_warnings()))
+                    cloud_conditions(device.name, self._states.watch_warnings(), epoch_s))
             conditions += limit_conditions(device.name, warnings, epoch_s)
             conditions += conflict_conditions(device.name, warnings)
             conditions += message_conditions(device.name, warnings, self._clock_s())

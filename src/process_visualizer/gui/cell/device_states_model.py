@@ -163,7 +163,7 @@ class DeviceStatesModel(QObject):
         """Return the state of a device."""
         report = self._launch.reports.get(device.name)
         nodes = set() if report is None else {node.name for node in report.nodes}
-        silent = {it.node for it in silence_conditions(self.watch_warnings())
+        silent = {it.node for it in silence_conditions(self.watch_warnings(), 0.0)
                   if it.source == device.name or it.node in nodes}
         return device_state(device, report, self._lines, self._warnings.present,
                             silent | (self.cell_look.silent & nodes))

@@ -35,6 +35,8 @@ from process_visualizer.runs.deviation.signals import Signal
 from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
+_RESUMED_S = 1.0
+"""Age of the newest value below which data is not called missing [s]."""
 _PLACED_S = 1.0
 """Time for which the last reported moment of the reference run stays valid [s]."""
 _ANSWER_S = 20.0
@@ -49,6 +51,7 @@ _LOOKING = 'Not compared yet: looking for this moment in {}'
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
 _NO_DATA = 'Not compared: no data since {}'
+_RESUMED = 'Not compared yet: data has resumed'
 _NO_RANGE = 'Not compared here: the good runs have no range at this moment of {} ({})'
 _NO_RUN = 'Waiting for a run to start (reference {})'
 
@@ -142,7 +145,8 @@ class LiveComparisonModel(QObject):
         if not self._has_common:
             return _NOTHING.format(self.reference)
         if self._is_stale:
-            return _no_data(self._known_s)
+            has_resumed = self._now_s - self._known_s < _RESUMED_S
+            return _RESUMED if has_resumed else _no_data(self._known_s)
         if phase is None or not self._is_placed(_SILENT_S):
             asked_s = max(self._values_since_s, 0.0 if phase is None else phase.stamp_s)
             is_late = self._values_since_s and self._now_s - asked_s > _ANSWER_S

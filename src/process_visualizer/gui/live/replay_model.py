@@ -193,7 +193,8 @@ class ReplayModel(QObject):
         self._reports[report.part] = report
         if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
             self._give_up(f'The replay has ended: {report.reason}')
-        elif report.state is PartState.STOPPED and report.part == RVIZ_PART:
+        elif report.state is PartState.STOPPED and report.part == RVIZ_PART and (
+                before is None or before.state is not PartState.STOPPING):  # not restarted
             if self._phase is ReplayPhase.PREPARING:
                 self._give_up('There is no replay: its RViz was closed while it started')
             self.leave()  # the operator has closed its window
@@ -202,6 +203,8 @@ class ReplayModel(QObject):
             self._run(self._tools.follow)
         elif report.has_died and report.part not in self._restarted and not self.is_live:
             self._restarted.add(report.part)  # what it drew would stay, and be wrong at other times
+            if report.part == RVIZ_PART:  # it is shown again when it is up
+                self._phase, self._is_opening = ReplayPhase.PREPARING, False
             self._run(lambda: self._tools.restart(report.part))
         if report.part in self._restarted:
             self.changed.emit()
@@ -265,7 +268,7 @@ class ReplayModel(QObject):
     def _look_whether_ready(self) -> None:
         view = self._reports.get(RVIZ_PART)
         if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
-                or view is None or view.state is not PartState.RUNNING:
+                or view is None or view.state is not PartState.RUNNING or view.has_died:
             return
         if all(it.state is not PartState.STARTING for it in self._reports.values()):
             self._open()

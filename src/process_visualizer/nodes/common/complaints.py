@@ -60,9 +60,13 @@ class ComplaintBook:
         complaint.count, complaint.values = complaint.count + 1, values or {}
 
     def state(self, key: str, text: str, now_s: float,
-              values: Optional[Mapping[str, str]] = None, is_error: bool = False) -> None:
-        """Set a complaint that lasts until `end`."""
-        self._write(key, text, now_s, is_error).values = values or {}
+              values: Optional[Mapping[str, str]] = None, is_error: bool = False,
+              since_s: Optional[float] = None) -> None:
+        """Set a complaint that lasts until `end`; ``since_s`` is when its cause began, if known."""
+        complaint = self._write(key, text, now_s, is_error)
+        complaint.values = values or {}
+        if since_s is not None:
+            complaint.since_s = min(complaint.since_s, since_s)
 
     def note_good(self, key: str, now_s: float) -> None:
         """Note a good message."""
@@ -139,11 +143,15 @@ class Complaints:
         self._log(key, text, now_s, is_error, LOG_PERIOD_S)
 
     def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,
-              log_period_s: float = LOG_PERIOD_S, is_error: bool = False) -> None:
-        """Complain until `end`; ``values`` are for programs."""
+              log_period_s: float = LOG_PERIOD_S, is_error: bool = False,
+              since_s: Optional[float] = None) -> None:
+        """Complain until `end`; ``values`` are for programs.
+
+        ``since_s`` is when the cause began, on the node's monotonic clock; by default, it is now.
+        """
         now_s = self._node.monotonic_s()
         with self._lock:
-            self._book.state(key, text, now_s, values, is_error)
+            self._book.state(key, text, now_s, values, is_error, since_s)
         self._log(key, text, now_s, is_error, log_period_s)
 
     def note_good(self, key: str) -> None:
@@ -261,10 +269,14 @@ _LOG_PERIOD_S = 20.0
 
 
 class SilentNode(NamedTuple):
-    """The device of a silent node ('': the program itself), and the effect of its silence."""
+    """The device of a silent node ('': the program itself), and the effect of its silence.
+
+    ``since_s`` is when the node was asked first without answering, on the monotonic clock.
+    """
 
     device: str
     meaning: str
+    since_s: float
 
 
 class SilentNodes:
@@ -283,7 +295,7 @@ class SilentNodes:
             values: Dict[str, str] = {SILENT_NODE_KEY: name, CONCERNED_KEY: it.device}
             short = name.rpartition('/')[2]
             self._complaints.state(name, f'{short} is not responding: {it.meaning}', values,
-                                   _LOG_PERIOD_S)
+                                   _LOG_PERIOD_S, since_s=it.since_s)
         self._reported = dict(silent)
 
 

@@ -2,6 +2,7 @@
 """The runs of a live cell: when each began and ended, and its verdict."""
 from __future__ import annotations
 
+import math
 from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
@@ -118,14 +119,32 @@ def with_rest(run: FinishedRun, rest: FinishedRun) -> Optional[FinishedRun]:
     if run.watched_until_s is None or rest.seen_from_s is None or run.reference != rest.reference:
         return None
     missed_s = rest.seen_from_s - run.watched_until_s
-    if missed_s <= 0.0 or abs(rest.began_s - run.ended_s - missed_s) > _SAME_RUN_S:
+    if missed_s <= 0.0 or not _is_same_run(rest.began_s - run.ended_s, missed_s):
         return None
     return rest._replace(
         began_s=run.began_s, departed=(*run.departed, *rest.departed),
         is_judged=run.is_judged or rest.is_judged, seen_from_s=run.seen_from_s,
         unjudged=(*run.unjudged, *rest.unjudged),
-        unwatched_s=(*run.unwatched_s, (run.watched_until_s, rest.seen_from_s),
+        unwatched_s=(*_with_gap(run.unwatched_s, run.watched_until_s, rest.seen_from_s),
                      *rest.unwatched_s))
+
+
+def _is_same_run(passed_s: float, reference_s: float) -> bool:
+    """Return whether what follows an interruption is of the same run.
+
+    If it is, about as much time [s] has passed as in the reference.
+    """
+    return abs(passed_s - reference_s) <= _SAME_RUN_S
+
+
+def _with_gap(gaps_s: Tuple[Tuple[float, float], ...], begin_s: float,
+              end_s: float) -> Tuple[Tuple[float, float], ...]:
+    """Return gaps with one more, joined with the last one if they overlap; not a short one."""
+    if end_s - begin_s < _UNJUDGED_S:
+        return gaps_s
+    if gaps_s and begin_s <= gaps_s[-1][1]:
+        return (*gaps_s[:-1], (min(gaps_s[-1][0], begin_s), max(gaps_s[-1][1], end_s)))
+    return (*gaps_s, (begin_s, end_s))
 
 
 class _Run(NamedTuple):
@@ -171,10 +190,17 @@ class LiveRuns:
         if run is None:
             self._run = _Run(stamp_s, stamp_s, reference_s, reference_s)
             return None
-        if reference_s > run.reference_s - _AGAIN_S:
+        is_silent, step_s = stamp_s - run.last_s > _UNKNOWN_S, reference_s - run.reference_s
+        if is_silent and not self._is_lost:  # nodes were restarted or stood still
+            if _is_same_run(stamp_s - run.last_s, step_s):
+                run = run._replace(
+                    unwatched_s=_with_gap(run.unwatched_s, run.reference_s, reference_s))
+            else:
+                step_s = -math.inf
+        if step_s > -_AGAIN_S:
             self._run = run._replace(last_s=stamp_s, reference_s=reference_s)
             return None
-        finished = self.end()
+        finished = self.end(is_watched=not is_silent)
         self._run = _Run(stamp_s, stamp_s, reference_s, reference_s)
         return finished
 
@@ -190,8 +216,8 @@ class LiveRuns:
         if run is None:
             return
         if was_lost and self._gap_from_s is not None:
-            gap_s = self._gap_from_s, run.reference_s
-            run = self._run = run._replace(unwatched_s=(*run.unwatched_s, gap_s))
+            run = self._run = run._replace(unwatched_s=_with_gap(
+                run.unwatched_s, self._gap_from_s, run.reference_s))
         elif was_lost:
             run = self._run = run._replace(seen_from_s=run.reference_s)
         self._gap_from_s = None
@@ -228,6 +254,7 @@ class LiveRuns:
             return None
         if run.seen_from_s > _OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
             return None  # robots that stand where the reference passes by
+        gaps_s = sum(end_s - begin_s for begin_s, end_s in run.unwatched_s)  # named already
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S or lost is not None
         return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,
@@ -237,7 +264,7 @@ class LiveRuns:
                            None if lost is None else lost.reference_s,
                            None if is_watched or is_whole else run.reference_s,
                            tuple(f'{name} for {it:.1f} s' for name, it in unjudged_s.items()
-                                 if it > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
+                                 if it - gaps_s > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
                                      run.last_s - run.began_s))), run.unwatched_s)
 
 
