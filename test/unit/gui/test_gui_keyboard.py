@@ -30,7 +30,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.recording.recording_model import RecordingModel
 from process_visualizer.gui.recording.recording_types import RecordingPhase
 from process_visualizer.gui.ros.snapshots import KeyPress
-from process_visualizer.gui.toolkit.dialogs import ask
+from process_visualizer.gui.toolkit.dialogs import ask, message_box, show_aside
 from process_visualizer.gui.toolkit.widgets import MeaningGuard
 
 
@@ -98,6 +98,17 @@ def test_enter_presses_the_button_that_has_the_focus(window: LauncherApp, qtbot:
         qtbot.waitUntil(button.hasFocus)
         qtbot.keyClick(button, key)
         assert window._launcher.session.mode is Mode(name)
+
+
+def test_escape_closes_the_message_beside_the_window(window: LauncherApp, qtbot: Any) -> None:
+    """It leaves the keyboard to the window, so the key comes there."""
+    box = message_box(window, 'the disk is full')
+    show_aside(box)
+    button = window.findChild(QAbstractButton, 'realtime')
+    qtbot.keyClick(button, Qt.Key_Escape)
+    assert not box.isVisible()
+    qtbot.keyClick(button, Qt.Key_Escape)
+    assert window.isVisible()
 
 
 def test_the_space_bar_ticks_topics_though_it_is_a_shortcut(window: LauncherApp,

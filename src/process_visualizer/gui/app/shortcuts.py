@@ -15,6 +15,7 @@ from PyQt5.QtWidgets import (
     QFileDialog,
     QInputDialog,
     QLineEdit,
+    QMessageBox,
     QShortcut,
     QWidget,
 )
@@ -25,7 +26,7 @@ from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.live.replay_model import ReplayModel
 from process_visualizer.gui.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import KeyPress
-from process_visualizer.gui.toolkit.dialogs import KeysDialog
+from process_visualizer.gui.toolkit.dialogs import MESSAGE, KeysDialog
 from process_visualizer.gui.toolkit.theme import theme
 
 _ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'Ctrl+O', 'F5', '?', 'Esc')
@@ -116,22 +117,32 @@ def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
     return bound
 
 
-class EnterPresses(QObject):
-    """Lets the Enter key press the focused button, as the space bar may be a shortcut."""
+class UnusedKeys(QObject):
+    """Handles keys that no widget has used.
+
+    Enter presses the focused button, as the space bar may be a shortcut. Esc closes the newest
+    message beside the window, which does not take the keyboard.
+    """
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
+        self._window = window
         window.installEventFilter(self)
 
     def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
         """Handle a key that no widget has used."""
-        button = QApplication.focusWidget()
-        if (isinstance(event, QKeyEvent) and event.type() == QEvent.KeyPress
-                and not event.isAutoRepeat() and event.key() in (Qt.Key_Return, Qt.Key_Enter)
-                and isinstance(button, QAbstractButton)):
+        if (not isinstance(event, QKeyEvent) or event.type() != QEvent.KeyPress
+                or event.isAutoRepeat()):
+            return super().eventFilter(window, event)
+        button, messages = QApplication.focusWidget(), [
+            it for it in self._window.findChildren(QMessageBox, MESSAGE) if it.isVisible()]
+        if event.key() in (Qt.Key_Return, Qt.Key_Enter) and isinstance(button, QAbstractButton):
             button.click()
-            return True
-        return super().eventFilter(window, event)
+        elif event.key() == Qt.Key_Escape and messages:
+            messages[-1].close()
+        else:
+            return super().eventFilter(window, event)
+        return True
 
 
 class MarksInDialogs(QObject):
@@ -203,7 +214,7 @@ class WindowKeys:
         launcher.replay.changed.connect(self.enable)
         self._general: List[QShortcut] = bind(window, general)
         launcher.link.key_pressed.connect(self.press)
-        EnterPresses(window)
+        UnusedKeys(window)
         MarksInDialogs(window, launcher.recording.mark)
 
     def show(self) -> None:

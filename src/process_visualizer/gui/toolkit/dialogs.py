@@ -20,6 +20,8 @@ from process_visualizer.gui.toolkit.labels import html_label, sentence
 from process_visualizer.gui.toolkit.theme import tabular_font
 
 _TITLE = 'Process Visualizer'
+MESSAGE = 'message'
+"""Name of each message box."""
 _BESIDE_PX = 24
 """Distance of a message from the window that it is beside."""
 
@@ -28,7 +30,7 @@ def message_box(parent: Optional[QWidget], text: str,
                 symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
     """Return a message box, not yet open; it deletes itself when closed."""
     box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)
-    box.setObjectName('message')
+    box.setObjectName(MESSAGE)
     box.setTextFormat(Qt.PlainText)
     box.setTextInteractionFlags(Qt.TextSelectableByMouse)
     box.setAttribute(Qt.WA_DeleteOnClose)
