@@ -30,6 +30,7 @@
 #include "process_visualizer/common/time_slice.hpp"
 #include "process_visualizer/joints/joint_board.hpp"
 #include "process_visualizer/joints/joint_message.hpp"
+#include "process_visualizer/joints/measuring_time.hpp"
 
 namespace process_visualizer::joints {
 
@@ -68,6 +69,7 @@ class JointProcessor {
     ros::Duration latency;  ///< from the measurement to the stamp, or to the arrival
     ros::Subscriber subscriber;
     bool was_connected = false;
+    MeasuringTime measuring_time;
   };
 
   void subscribe(Subscription& subscription);
@@ -107,8 +109,7 @@ constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr int kQueue = 100;             // messages: each may have other joints
-constexpr double kUsableWithinS = 1.0;  // maximum age of a stamp at its arrival, as in KeptStamps
+constexpr int kQueue = 100;  // messages: each may have other joints
 
 }  // namespace
 
@@ -122,7 +123,7 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   for (std::size_t number = 0; number < parameters_.topics.size(); ++number) {
     const double latency = parameters_.latencies.empty() ? 0.0 : parameters_.latencies[number];
-    subscriptions_.push_back({parameters_.topics[number], ros::Duration(latency), {}});
+    subscriptions_.push_back({parameters_.topics[number], ros::Duration(latency), {}, false, {}});
   }
   for (Subscription& subscription : subscriptions_) subscribe(subscription);
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
@@ -163,10 +164,10 @@ void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& 
     used_ = now;
     quiet_ = false;
     // Now, not when the state is sent: that may be later.
-    const ros::Time arrival = ros::Time::now();
-    const ros::Time stamp = ros::Time().fromNSec(message.stamp_ns);
-    const double age_s = (arrival - stamp).toSec();
-    stamp_ = (age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival) - subscription.latency;
+    const auto arrival_ns = static_cast<std::int64_t>(ros::Time::now().toNSec());
+    const auto stamp_ns = static_cast<std::int64_t>(message.stamp_ns);
+    const std::int64_t measured_ns = subscription.measuring_time.of(stamp_ns, arrival_ns);
+    stamp_ = ros::Time().fromNSec(measured_ns) - subscription.latency;
     board_.add(joints, event.getPublisherName(), now);
     publish(board_.due(now));
     watch(topic, joints.unusable);
