@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelet CloudFusion: joins the clouds of several sensors into one; its parameters and complaints.
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>

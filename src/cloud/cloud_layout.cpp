@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Checks the fields and sizes claimed by a cloud; creates colored clouds.
+
 #include "process_visualizer/cloud/cloud_layout.hpp"
 
 #include <sensor_msgs/PointField.h>

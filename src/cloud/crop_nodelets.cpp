@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelets RoiFilter and RegisteredCropNodelet: parameters of the box, its outline, subscriptions.
+
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber_filter.h>
 #include <message_filters/subscriber.h>

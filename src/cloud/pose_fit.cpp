@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// ICP in rounds, refinement of its result, and the thresholds that refuse a fit.
+
 #include "process_visualizer/cloud/pose_fit.hpp"
 
 #include <pcl/common/common.h>

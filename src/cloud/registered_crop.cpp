@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Checks of depth and color images, and the loop over their pixels that keeps points in the box.
+
 #include "process_visualizer/cloud/registered_crop.hpp"
 
 #include <sensor_msgs/CameraInfo.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Duration of a complaint after the last bad message, and its diagnostic status.
+
 #include "process_visualizer/common/complaint.hpp"
 
 #include <chrono>

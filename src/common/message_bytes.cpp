@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Parses message definitions, and walks through a message's bytes to check claimed lengths.
+
 #include "process_visualizer/common/message_bytes.hpp"
 
 #include <sstream>

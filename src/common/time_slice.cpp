@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// System calls for time slices and real-time priority.
+
 #include "process_visualizer/common/time_slice.hpp"
 
 #include <pthread.h>

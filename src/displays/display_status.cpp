@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display DisplayStatus: status of all displays, silent topics, window, keys and camera.
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/names.h>
 #include <ros/node_handle.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Which key presses go to the launcher, which stay in RViz, and how old a press is.
+
 #include "key_report.hpp"
 
 #include <ros/node_handle.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Keys pressed in RViz that are passed on to the launcher.
+
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/String.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Labels in the picture: which are visible, the obstacles they avoid, and their leaders.
+
 #include "label_layer.hpp"
 
 #include <OgreCamera.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Places of label plates in the picture: where each goes, and when all are placed anew.
+
 #include <map>
 #include <optional>
 #include <string>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// RViz display of markers whose texts are drawn on readable plates.
+
 #include <rviz/default_plugin/marker_array_display.h>
 
 #include <map>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Pictures and leader lines drawn in front of RViz's scene.
+
 #include <OgreManualObject.h>
 #include <OgreMaterial.h>
 #include <OgreTexture.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display RobotModel: hides links of a robot that have never had a pose.
+
 #include <OgreSceneNode.h>
 #include <rviz/default_plugin/robot_model_display.h>
 #include <rviz/display_context.h>

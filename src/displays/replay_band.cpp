@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display ReplayBand: marks the window of a replay, and shows or hides it on request.
+
 #include <process_visualizer/PlayerState.h>
 #include <process_visualizer/ShowReplay.h>
 #include <ros/callback_queue.h>

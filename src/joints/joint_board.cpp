@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds for thinning, silence and conflicts of joints, and for the advance of ROS time.
+
 #include "process_visualizer/joints/joint_board.hpp"
 
 #include <algorithm>

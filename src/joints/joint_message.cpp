@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Decodes the supported message types, and maps drivers' joint names to the robot's.
+
 #include "process_visualizer/joints/joint_message.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node joint_proc: joint states of one robot, in the namespace with the robot's name.
+// The node joint_proc: joint states of one robot, in the namespace with the robot's name, and their
+// stamps (the driver's if usable, else arrival, minus latency).
 //
 // Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (default: those of
 // robot_description), ~joint_offsets, ~joint_rate, ~prefix (optional prefix of the driver's joint

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Limits for mesh files: size, format, and nested nodes of Collada scenes.
+
 #include "process_visualizer/mesh/mesh_file.hpp"
 
 #include <assimp/MemoryIOWrapper.h>

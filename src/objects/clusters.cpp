@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Joins occupied voxels; estimates the orientation, extent and height of boxes despite noise.
+
 #include "process_visualizer/objects/clusters.hpp"
 
 #include <algorithm>

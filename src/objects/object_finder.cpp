@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Decides which points form one object: touching objects, occluded parts, persons and their limbs.
+
 #include "process_visualizer/objects/object_finder.hpp"
 
 #include <Eigen/Eigenvalues>

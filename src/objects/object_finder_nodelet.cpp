@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelet ObjectFinderNodelet: parameters, poses at the time of a cloud, playback, and warnings.
+
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
 #include <ros/callback_queue.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds and costs for matching detections to tracks; smoothing, occlusion, time to contact.
+
 #include "process_visualizer/objects/object_tracks.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Image of a cloud with or without rows; searches its lines for edges, artifacts and occluders.
+
 #include "process_visualizer/objects/point_image.hpp"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Finds level planes (RANSAC), their extent by tiles, and the noise from their residuals.
+
 #include "process_visualizer/objects/support_planes.hpp"
 
 #include <Eigen/Eigenvalues>

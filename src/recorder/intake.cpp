@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Passes messages on, and composes the contents of a recording, of a copy, and of the state.
+
 #include "process_visualizer/recorder/intake.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Subscribes, waits for connections, and resubscribes when a topic's type has changed.
+
 #include "process_visualizer/recorder/subscriptions.hpp"
 
 #include <algorithm>

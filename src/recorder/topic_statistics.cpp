@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds for gaps and silence of topics; the account of a recording as JSON.
+
 #include "process_visualizer/recorder/topic_statistics.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// When each slice of a message is written, and what happens to a slow or broken subscriber.
+
 #include "process_visualizer/sender/subscriber_link.hpp"
 
 #include <fcntl.h>

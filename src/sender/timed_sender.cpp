@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thread of the sender, its schedule, and its C interface for Python.
+
 #include "process_visualizer/sender/timed_sender.hpp"
 
 #include <pthread.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Clouds of several sensors: when they are joined, and which sensors are left out as silent.
+
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Pose of a sensor: fits its cloud to a model (ICP), and refuses fits that are not constrained.
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Transform of data at its stamp: how long to wait for it, and when the newest one is used instead.
+
 #include <ros/time.h>
 #include <std_msgs/Header.h>
 #include <tf2_eigen/tf2_eigen.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Thins clouds: one point with mean position and color for each cube of a grid fixed to the origin.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>

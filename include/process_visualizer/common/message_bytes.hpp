@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Serialized messages: reads their bytes, and checks the lengths that they claim before allocation.
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

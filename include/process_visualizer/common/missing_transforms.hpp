@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Decides when missing transforms have lasted long enough for a warning.
+
 #include <ros/time.h>
 
 namespace process_visualizer {

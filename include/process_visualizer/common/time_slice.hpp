@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Scheduling of threads: short and long time slices, and real-time priority.
+
 #include <chrono>
 
 namespace process_visualizer {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Joint positions of a robot: which are passed on when, which nodes contradict each other, and
+// jumps or stops of ROS time.
+
 #include <chrono>
 #include <cstddef>
 #include <map>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Joint positions in a driver's message: decoding, matching to a robot's joints, unusable values.
+
 #include <cstdint>
 #include <map>
 #include <stdexcept>

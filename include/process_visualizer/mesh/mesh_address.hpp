@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Address of a mesh (package:// or file://): which ones are read, and their content.
+
 #include <string>
 
 #include "process_visualizer/mesh/mesh_file.hpp"

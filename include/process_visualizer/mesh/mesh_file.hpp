@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Untrusted mesh files: which ones are safe to parse, and reading them with assimp.
+
 #include <assimp/scene.h>
 
 #include <assimp/Importer.hpp>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Bodies with a model (robots and others): points that belong to them, lines of sight through them,
+// distances of objects from robots.
+
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>

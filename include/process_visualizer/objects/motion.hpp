@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Motion of an object, fitted to its latest observations: velocity, and prediction of its place.
+
 #include <Eigen/Core>
 #include <deque>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Objects in a single cloud: labels its points, and divides the free ones into measured objects.
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>

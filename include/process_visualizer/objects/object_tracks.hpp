@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Numbers of detected objects from cloud to cloud: which detection continues which track, and when
+// a hidden one is forgotten.
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>

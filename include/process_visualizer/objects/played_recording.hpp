@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Stamps of clouds during playback: which are from before a jump, restored, or still awaited.
+
 #include <process_visualizer/PlayerState.h>
 #include <ros/time.h>
 

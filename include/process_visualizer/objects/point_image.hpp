@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// The cloud as an image: stray points, silhouettes of groups, what hides them, and hidden boxes.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>

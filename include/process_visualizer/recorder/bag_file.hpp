@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Writes one bag file: its name, chunks, index and disk space, and the rescue of a removed file.
+
 #include <cstdint>
 #include <map>
 #include <set>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Every arriving message's way into the memory and the recording; begins, saves and ends
+// recordings, and holds the recorder's state.
+
 #include <process_visualizer/RecorderState.h>
 #include <ros/time.h>
 

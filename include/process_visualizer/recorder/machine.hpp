@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Clocks and disk of the recorder's computer, replaceable in tests; finds jumps of the clock.
+
 #include <ros/time.h>
 
 #include <chrono>

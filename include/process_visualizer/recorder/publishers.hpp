@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Publishers according to the master: which are alive, and which are connected to this node.
+
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <map>

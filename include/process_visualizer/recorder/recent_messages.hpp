@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Memory of the last seconds: limits in time and bytes, latched messages, answers to queries.
+
 #include <process_visualizer/ReadRecent.h>
 
 #include <cstdint>

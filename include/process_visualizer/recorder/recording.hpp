@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// One recording: the queue, the thread that writes it into bags, splitting, and limits of the disk.
+
 #include <condition_variable>
 #include <cstdint>
 #include <deque>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Checks of a client's request to record: allowed folders, splitting, options and path of the bag.
+
 #include <process_visualizer/StartRecording.h>
 #include <ros/node_handle.h>
 #include <sys/types.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Interruptible periodic wait, shared by worker threads.
+
 #include <chrono>
 #include <condition_variable>
 #include <mutex>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Sends messages to subscribers at given times: their order, latching, and what can be revoked.
+
 #include <condition_variable>
 #include <cstdint>
 #include <deque>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Waits of the sender's thread: until a time, a socket's event, or a call from another thread.
+
 #include <cstdint>
 #include <vector>
 
