@@ -158,8 +158,8 @@ std::string JointBoard::silence(Clock::time_point now) const {
     longest = std::max(longest, silent);
   }
   if (names.empty()) return "";
-  return "no position of " + names + " has come for " + rounded(Seconds(longest).count(), 0) +
-         " s, while others come; it is drawn where it was";
+  return "no position of " + names + " received for " + rounded(Seconds(longest).count(), 0) +
+         " s, though others are; it is drawn where it was";
 }
 
 std::string JointBoard::conflict(Clock::time_point now) const {
@@ -197,7 +197,8 @@ std::string TimeWatch::problem(double ros_s, Clock::time_point now) {
     return "ROS time has gone back: this computer's clock was set back, or what publishes /clock "
            "was restarted";
   if (now - advanced_ > kMaxStep)
-    return "ROS time stands still: look at what publishes /clock, or set /use_sim_time to false";
+    return "ROS time is not advancing; check the publisher of /clock, or set /use_sim_time to "
+           "false";
   return {};
 }
 
