@@ -8,7 +8,7 @@
 namespace process_visualizer {
 namespace {
 
-constexpr std::chrono::seconds kHold{3};  // so that it does not blink
+constexpr std::chrono::seconds kHold{3};  // so that it does not flicker
 
 }  // namespace
 

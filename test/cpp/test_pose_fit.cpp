@@ -145,16 +145,16 @@ TEST(PoseFit, RefusesACloudOfSomethingElse) {
   EXPECT_NE(refusal(cloud, cell()), "");
 }
 
-TEST(Determination, NamesWhatNothingHolds) {
+TEST(PoseObservability, NamesWhatNothingHolds) {
   SurfaceCloud tube;  // along z: free along and about z
   addPoints(cylinderSurface({0.2F, 0.2F, 1.0F}), at(0, 0, 0), kSpacing, tube);
   SurfaceCloud wall;
   for (const auto& point : tube)
     if (std::abs(point.normal_z) < 0.5F) wall.push_back(point);
-  const Determination determination(wall);
-  EXPECT_LT(determination.weakest(), 1e-4);
-  EXPECT_EQ(determination.freeMotion().back(), 'z') << determination.freeMotion();
-  EXPECT_GT(Determination(cell()).weakest(), 0.05);
+  const PoseObservability observability(wall);
+  EXPECT_LT(observability.weakest(), 1e-4);
+  EXPECT_EQ(observability.freeMotion().back(), 'z') << observability.freeMotion();
+  EXPECT_GT(PoseObservability(cell()).weakest(), 0.05);
 }
 
 TEST(Surface, PointsLookOutwardsWhateverTheTrianglesOrder) {

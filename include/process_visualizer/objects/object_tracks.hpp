@@ -55,8 +55,8 @@ class ObjectTracks {
   std::vector<PredictedObject> predictedAt(double stamp) const;
 
   /// \param stamp  of the cloud, s
-  /// \param distance_of  for objects of which less is visible than before; a robot goes on moving
-  ///                     while it hides one
+  /// \param distance_of  for objects of which less is visible than before; a robot keeps moving
+  ///                     while it occludes one
   /// \return all objects that have a number, in order of number
   std::vector<TrackedObject> update(
       double stamp, const std::vector<FoundObject>& found,

@@ -9,7 +9,7 @@
 
 namespace process_visualizer::recorder {
 
-/// Paces threads that repeat something, until all have to end.
+/// Wait of threads that repeat something: `wake` ends it early, and `end` for good.
 class Turns {
  public:
   /// Waits for a period, or until `wake`; returns false at the end.
