@@ -355,22 +355,21 @@ void refuseFewPoints(std::size_t count) {
   if (count >= kMinPoints) return;
   throw FitRefused("only " + std::to_string(count) + " points lie on the models (at least " +
                    std::to_string(kMinPoints) +
-                   " are needed); bring more of them into view, or move "
-                   "the sensor closer to where it is by hand first");
+                   " are needed); bring more of them into view, or first set the "
+                   "sensor's pose by hand, closer to the true one");
 }
 
 [[noreturn]] void refuseFreeMotion(const PoseObservability& observability) {
-  throw FitRefused("nothing that is in view holds the sensor against " +
-                   observability.freeMotion() + "; bring surfaces of other directions into view");
+  throw FitRefused("nothing in view holds the sensor against " + observability.freeMotion() +
+                   "; bring surfaces that face other directions into view");
 }
 
 void refuseBadFit(const PoseFit& fit, const PoseObservability& observability, double shift_m) {
   if (observability.weakest() < kMinFitObservability) refuseFreeMotion(observability);
   if (fit.residual_m > kMaxResidualM || !(shift_m < kMaxShiftM))
-    throw FitRefused(
-        "the cloud does not come to lie on the models: " + millimeters(fit.residual_m) +
-        " are left, after a motion of " + millimeters(shift_m) +
-        "; move the sensor closer to where it is by hand first");
+    throw FitRefused("the cloud does not fit the models: " + millimeters(fit.residual_m) +
+                     " remain after a motion of " + millimeters(shift_m) +
+                     "; first set the sensor's pose by hand, closer to the true one");
 }
 
 /// Refuses a round of ICP without enough points, or whose points do not constrain the cloud.

@@ -35,7 +35,7 @@ std::vector<double> arrayValues(WireReader reader) {
   const std::vector<float> data = reader.numbers<float>();
   reader.end();
   if (padding > data.size())
-    throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is behind its " +
+    throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is beyond its " +
                                 std::to_string(data.size()) + " elements");
   return {data.begin() + static_cast<std::ptrdiff_t>(padding), data.end()};
 }

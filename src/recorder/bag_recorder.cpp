@@ -171,7 +171,7 @@ BagRecorder::BagRecorder()
       copy_node, "copy_recent",
       [this](auto& request, auto& response) { return copyRecent(request, response); }));
   copy_spinner_.start();
-  // Last, because clients take it as the sign that the recorder is ready.
+  // Last, because to clients it means that the recorder is ready.
   services_.push_back(advertiseChecked<StartRecording>(
       node_, "start", [this](auto& request, auto& response) { return start(request, response); }));
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
@@ -189,7 +189,7 @@ void BagRecorder::setFileModeMask() const {
   if (node_.getParam("umask", mask))
     umask(fileModeMask(mask));
   else if (node_.hasParam("umask"))
-    throw RecordingError("~umask is no text; write it with quotation marks, such as \"0027\"");
+    throw RecordingError("~umask is not a string; write it in quotation marks, such as \"0027\"");
 }
 
 void BagRecorder::shutDown() {
@@ -226,7 +226,7 @@ bool BagRecorder::watchTopics(Start::Request& request, Start::Response& response
   });
 }
 
-/// Not locked, as it changes nothing that the commands use.
+/// Takes no lock, as it changes nothing that the commands use.
 bool BagRecorder::copyRecent(Start::Request& request, Start::Response& response) {
   return answer(response, [&] { return copy(request); });
 }
