@@ -32,7 +32,7 @@ struct Rect {
 Point anchorOrTop(const std::optional<Point>& anchor, Size view);
 
 /// Part of the picture that a plate should not cover. `weight` is the distance, in px, that a plate
-/// may move to avoid a full overlap (of the smaller of the two).
+/// may move to avoid complete overlap (of the smaller of the two).
 struct Obstacle {
   Rect rect;
   float weight = 0;

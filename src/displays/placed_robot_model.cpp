@@ -16,7 +16,8 @@
 namespace process_visualizer::displays {
 
 /// RViz's display of a robot, without the links whose pose has never been known: RViz would draw
-/// them white at the origin, where the robot is not. RViz's own tree still lists them as errors.
+/// them in white at the origin, although the robot is elsewhere. RViz's own tree still lists them
+/// as errors.
 class RobotModel : public rviz::RobotModelDisplay {
  public:
   void update(float wall_dt, float ros_dt) override {

@@ -82,8 +82,8 @@ int drawText(const QString& text, int left, const QRect& band, QPainter& painter
 
 }  // namespace
 
-/// The content of the band: the word REPLAY on a plate, a text, and at the right how to return. It
-/// paints itself, because a label would lay out RViz's window at every change of its text.
+/// The content of the band: the word REPLAY on a plate, a text, and at the right a hint to return.
+/// It paints itself, because a label would lay out RViz's window at every change of its text.
 class ReplayRibbon : public QWidget {
  public:
   explicit ReplayRibbon(QWidget* parent) : QWidget(parent) {

@@ -88,7 +88,7 @@ JointPositions JointBoard::passOn(Clock::time_point now, bool is_rest) {
     found.positions.push_back(joint.position);
     if (!joint.is_new) continue;
     joint.is_new = false;
-    // A small delay is made up for, so that the rate is kept however often this is called.
+    // Makes up for a small delay, so that the rate does not depend on how often this is called.
     joint.next = now - joint.next < period_ ? joint.next + period_ : now + period_;
   }
   return found;

@@ -145,7 +145,7 @@ void JointProcessor::subscribe(Subscription& subscription) {
       [this, &subscription](const RawMessageEvent& event) { receive(subscription, event); });
 }
 
-// roscpp keeps the first type that it saw and refuses publishers of another one.
+// Resubscribes: roscpp keeps the first type that it saw and refuses publishers of another one.
 void JointProcessor::followChangedType(Subscription& subscription) {
   const bool connected = subscription.subscriber.getNumPublishers() > 0;
   if (subscription.was_connected && !connected) {

@@ -24,7 +24,7 @@ using Eigen::Vector3f;
 constexpr float kSideMargin = 0.02F;       // m: rim points this near to a side belong to it
 constexpr float kMinOutwardCosine = 0.6F;  // between a rim point's outward direction and a side's
 constexpr int kMinEnds = 3;                // rim points that show where a side is
-constexpr float kMaxExcess = 0.02F;        // m: an object that exceeds its known size by more grew
+constexpr float kMaxExcess = 0.02F;  // m: an object larger than its known size by more has grown
 
 /// Visible range along one direction. For either end, it counts rim points where the object really
 /// ends, minus those where it is truncated.

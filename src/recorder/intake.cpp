@@ -180,7 +180,7 @@ std::deque<Message> Intake::copy(const Preamble& preamble) const {
   return messages;
 }
 
-/// The account of messages that are all received and written.
+/// The account of messages all of which were received and written.
 Message Intake::accountOf(const std::deque<Message>& messages, const TopicChoice& choice,
                           const ros::Time& now) const {
   std::map<std::string, TopicStatistics> statistics;

@@ -49,8 +49,8 @@ using State = SubscriberLink::State;
 
 namespace {
 
-// Waking up costs more than sending a small message. If it would happen more often than this for
-// more than a moment, packets are sent together, at most one period late.
+// Waking up costs more than sending a small message. If the thread would wake up more often than
+// this for more than a moment, packets are sent together, at most one period late.
 constexpr std::int64_t kWakePeriodNs = 100'000;
 constexpr std::int64_t kWakeBurstNs = 10'000'000;
 
@@ -185,7 +185,7 @@ void TimedSender::run() {
   }
 }
 
-/// Gives the first packet of a topic to its links.
+/// Enqueues the first packet of a topic at its links.
 void TimedSender::beginFirst(int number) {
   Topic& topic = topics_[number];
   const Scheduled scheduled = std::move(topic.scheduled.front());

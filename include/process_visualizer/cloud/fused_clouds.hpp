@@ -22,7 +22,7 @@ class DataClock {
   /// \param speed   seconds of the recording in a second; 0 while paused, below 0 backwards
   void follow(double wall_s, double speed);
 
-  /// \return the clock's time at a wall time, s
+  /// Returns the clock's time at a wall time, s.
   double at(double wall_s) const;
 
  private:
@@ -36,7 +36,7 @@ struct PlacedCloud {
 };
 
 /// The newest clouds of several sensors. They are joined as soon as each sensor that is not silent
-/// has sent a new one, so at the rate of the slowest.
+/// has sent a new one, that is, at the rate of the slowest.
 ///
 /// Times are those of a `DataClock`, s. Not thread-safe.
 class FusedClouds {

@@ -18,7 +18,7 @@ namespace process_visualizer::joints {
 /// The newest position of each joint of a robot, from any number of messages and nodes, and the
 /// selection of what is passed on.
 ///
-/// Many drivers send each group of joints (left arm, right arm, torso) in a message of its own. So
+/// Many drivers send each group of joints (left arm, right arm, torso) in a separate message. So
 /// each joint is thinned separately: a group that was just passed on does not delay the next one.
 class JointBoard {
  public:

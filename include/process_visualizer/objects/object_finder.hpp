@@ -48,7 +48,7 @@ struct Scene {
 struct Rim {
   Eigen::Vector3f place;
   Eigen::Vector3f outwards;  ///< unit vector, away from the object
-  bool is_truncated;         ///< the object may go on there, behind something or out of view
+  bool is_truncated;         ///< the object may extend further there, hidden or out of view
 };
 
 /// A detection of something that has no model, in the global frame.

@@ -47,7 +47,7 @@ class ObjectTracks {
   /// Returns whether a place is hidden from the sensor.
   using IsHidden = std::function<bool(const UprightBox&)>;
 
-  /// Returns the distance between the places and the robots, as they were when the cloud was taken.
+  /// Returns the distance between the places and the robots at the time of the cloud.
   using DistanceOf = std::function<std::optional<RobotDistance>(const Cluster&)>;
 
   /// The objects that have a number, at their predicted places.

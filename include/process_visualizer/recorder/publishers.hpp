@@ -52,8 +52,8 @@ LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>
 ///
 /// A publisher with a subscriber on its list sends it every message from then on; the subscriber's
 /// own side of the connection does not show that. A publisher whose address refuses connections is
-/// dead, even if the master still lists it. One that answers something else counts as connected as
-/// soon as this node has its side of the connection.
+/// dead, even if the master still lists it. One with any other answer counts as connected as soon
+/// as this node has its side of the connection.
 /// \param old connections that do not count: some publishers keep connections that this node has
 ///   closed
 /// \param timeout_s how long to wait for the answers
@@ -72,7 +72,7 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
 ///
 /// roscpp reads one connection until it is empty before it reads the next one. On a busy computer
 /// images arrive faster than they are read, and joint states would wait for many seconds. With the
-/// limit, a part of an image is read, then all others; images are dropped at their driver.
+/// limit, roscpp reads a part of an image, then all other connections; the driver drops images.
 void limitUnread();
 
 }  // namespace process_visualizer::recorder

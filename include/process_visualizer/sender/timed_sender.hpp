@@ -79,7 +79,7 @@ class TimedSender {
   bool waitUntilSent(double timeout_s);
   /// Waits until a subscriber is gone and returns its number; -1 after `close`.
   int waitForBroken();
-  /// Ends the thread; what is still queued is not sent.
+  /// Ends the thread; packets still in the queue are not sent.
   void close();
 
  private:
