@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which key presses go to the launcher, which stay in RViz, and how old a press is.
+// Selection of the key presses that go to the launcher instead of RViz, and their age.
 
 #include "key_report.hpp"
 

@@ -173,7 +173,7 @@ UprightBox ObjectTracks::Track::predictedAt(double stamp) const {
 }
 
 /// Gate: maximum distance from the predicted position, m. It grows with time, but not for an object
-/// that was hidden while it stood: what is far from there is another one.
+/// that was hidden while it stood: a detection far from there is another object.
 float ObjectTracks::Track::gateAt(double stamp) const {
   if (stands() && stamp - last_seen > kMaxGateTime) return kGate;
   const float passed = std::min(static_cast<float>(stamp - last_seen), kMaxGateTime);

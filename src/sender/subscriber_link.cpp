@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When each slice of a message is written, and what happens to a slow or broken subscriber.
+// Times at which slices of a message are written, and handling of slow or broken subscribers.
 
 #include "process_visualizer/sender/subscriber_link.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Transform of data at its stamp: how long to wait for it, and when the newest one is used instead.
+// Transform of data at its stamp: maximum wait for it, and use of the newest one instead.
 
 #include <ros/time.h>
 #include <std_msgs/Header.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The cloud as an image: stray points, silhouettes of groups, what hides them, and hidden boxes.
+// The cloud as an image: stray points, silhouettes of groups, their occluders, and hidden boxes.
 
 #include <sensor_msgs/PointCloud2.h>
 

@@ -101,7 +101,7 @@ class Intake {
   const std::function<void()> on_end_;
   const Machine machine_;
 
-  mutable std::mutex mutex_;  ///< for what follows
+  mutable std::mutex mutex_;  ///< guards the members below
   std::uint8_t phase_ = RecorderState::IDLE;
   Problems problems_;
   TopicChoice choice_;

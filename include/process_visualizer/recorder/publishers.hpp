@@ -44,7 +44,7 @@ std::optional<Publishers> publishersAtMaster();
 using LinksOfNodes = std::map<std::string, Links>;
 
 /// Asks every publisher of the topics for its connections to this node.
-/// \param timeout_s how long to wait for the answers
+/// \param timeout_s maximum wait for the answers
 LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>& topics,
                        double timeout_s);
 
@@ -56,7 +56,7 @@ LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>
 /// as this node has its side of the connection.
 /// \param old connections that do not count: some publishers keep connections that this node has
 ///   closed
-/// \param timeout_s how long to wait for the answers
+/// \param timeout_s maximum wait for the answers
 /// \returns the living publishers that do not send to this node yet, as "TOPIC (NODE)"
 std::vector<std::string> unconnectedPublishers(const Publishers& publishers,
                                                const std::set<std::string>& topics,

@@ -120,7 +120,7 @@ class RecentAnswers {
   void describe(std::uint32_t known, ReadRecent::Response& response) const;
 
   const std::function<NumberedMessages(const MessageQuery&)> read_;
-  std::mutex mutex_;  ///< for what follows
+  std::mutex mutex_;  ///< guards the members below
   std::map<ConnectionPtr, std::uint32_t> numbers_;
   std::vector<ConnectionPtr> connections_;  ///< by number
 };

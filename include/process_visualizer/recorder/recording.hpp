@@ -103,7 +103,7 @@ class Recording {
   std::optional<Message> current_;  ///< no longer in the queue, and not yet in the bag
   std::map<std::string, std::uint64_t> unwritten_;
 
-  mutable std::mutex mutex_;  ///< for what follows
+  mutable std::mutex mutex_;  ///< guards the members below
   std::condition_variable changed_;
   std::deque<Message> queue_;
   std::uint64_t queued_bytes_ = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Which topics are recorded: names, patterns, exclusions, and the maximum number.
+// Choice of the recorded topics: names, patterns, exclusions, and the maximum number.
 
 #include <cstddef>
 #include <regex>

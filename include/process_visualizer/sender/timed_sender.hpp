@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Sends messages to subscribers at given times: their order, latching, and what can be revoked.
+// Sends messages to subscribers at given times: their order, latching, and revocation.
 
 #include <condition_variable>
 #include <cstdint>
