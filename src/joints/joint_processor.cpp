@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node joint_proc: joint states of one robot, in the namespace with the robot's name.
+// The node joint_proc: joint states of one robot, in the namespace with the robot's name, and their
+// stamps (the driver's if usable, else arrival, minus latency).
 //
 // Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (default: those of
 // robot_description), ~joint_offsets, ~joint_rate, ~prefix (optional prefix of the driver's joint
@@ -49,14 +50,14 @@ struct JointParameters {
 ///
 /// While others follow, a position is published at once or not at all, so thinning adds no delay.
 /// Without thinning, fast drivers would load each robot's state publisher, and the master, which it
-/// asks at every state. A published state may have only some of the joints (see JointBoard). Its
+/// queries at every state. A published state may have only some of the joints (see JointBoard). Its
 /// stamp is the driver's if that is from this computer's clock, otherwise the time of arrival,
 /// minus the driver's latency if known.
 ///
 /// An unusable message is left out, with a throttled warning, which is on /diagnostics while the
 /// problem lasts. There is no warning if it has only joints of other robots while those of this one
-/// come on the same topic. States are published even when (simulated) ROS time stands still or goes
-/// back, with a warning.
+/// arrive on the same topic. States are published even when (simulated) ROS time does not advance
+/// or goes back, with a warning.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -144,7 +145,7 @@ void JointProcessor::subscribe(Subscription& subscription) {
       [this, &subscription](const RawMessageEvent& event) { receive(subscription, event); });
 }
 
-// roscpp keeps the first type that it saw and refuses publishers of another one.
+// Resubscribes: roscpp keeps the first type that it saw and refuses publishers of another one.
 void JointProcessor::followChangedType(Subscription& subscription) {
   const bool connected = subscription.subscriber.getNumPublishers() > 0;
   if (subscription.was_connected && !connected) {
@@ -163,7 +164,7 @@ void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& 
     const auto now = Clock::now();
     used_ = now;
     quiet_ = false;
-    // Now, not when the state is sent: that may be later.
+    // Takes the arrival time here; publishing may happen later.
     const auto arrival_ns = static_cast<std::int64_t>(ros::Time::now().toNSec());
     const auto stamp_ns = static_cast<std::int64_t>(message.stamp_ns);
     const std::int64_t measured_ns = subscription.measuring_time.of(stamp_ns, arrival_ns);
@@ -193,7 +194,7 @@ void JointProcessor::watch(const std::string& topic, const std::vector<std::stri
     warn(topic, text);
 }
 
-// Not ROS_WARN_THROTTLE, which is silent while ROS time stands still.
+// Not ROS_WARN_THROTTLE, which is silent while ROS time does not advance.
 void JointProcessor::warn(const std::string& topic, const std::string& problem) {
   const auto now = Clock::now();
   complained_ = topic;
@@ -328,7 +329,7 @@ int main(int argc, char** argv) {
   // Before the first NodeHandle, so that roscpp's threads inherit it: each message wakes two of
   // them for some microseconds, one after the other, and neither must wait for processes that draw.
   if (!process_visualizer::takeRealTimePriority())
-    process_visualizer::takeSlices(process_visualizer::kShortSlice);
+    process_visualizer::setTimeSlice(process_visualizer::kShortSlice);
   ros::NodeHandle node;  // keeps roscpp running
   process_visualizer::replaceLoggerServices();
   try {

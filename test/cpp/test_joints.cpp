@@ -223,7 +223,7 @@ TEST(JointBoard, AGroupThatHasStoppedWhileOthersCome) {
   send("torso", 0, 1000);
   send("arm", 0, 4000);
   const std::string text = problem(board, kBegin + milliseconds(4000));
-  EXPECT_EQ(text.find("no position of torso has come for 3 s"), 0U) << text;
+  EXPECT_EQ(text.find("no position of torso received for 3 s"), 0U) << text;
   send("torso", 4000, 4010);
   EXPECT_EQ(problem(board, kBegin + milliseconds(4020)), "");
 }
@@ -355,7 +355,7 @@ TEST(TimeWatch, TimeThatStandsStillOrGoesBackIsNamed) {
   const TimeWatch::Clock::time_point begin;
   EXPECT_EQ(watch.problem(7.0, begin), "");
   const std::string still = watch.problem(7.0, begin + std::chrono::milliseconds(1100));
-  EXPECT_NE(still.find("stands still"), std::string::npos) << still;
+  EXPECT_NE(still.find("is not advancing"), std::string::npos) << still;
   const std::string back = watch.problem(6.9, begin + std::chrono::milliseconds(1200));
   EXPECT_NE(back.find("gone back"), std::string::npos) << back;
   EXPECT_EQ(watch.problem(7.0, begin + std::chrono::seconds(5)), back);  // it may not be said yet

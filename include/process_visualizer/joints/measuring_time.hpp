@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When joints were measured, by this computer's clock: the driver's stamp if usable, else arrival.
 #pragma once
+
+// Measuring time of joints, by this computer's clock: the driver's stamp if usable, else arrival.
 
 #include <algorithm>
 #include <cstdint>
