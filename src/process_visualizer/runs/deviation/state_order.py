@@ -14,7 +14,8 @@ Order = Tuple[float, ...]
 _MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
 """Minimum delay or lead of a state that is reported [s], with many good runs and with one."""
 _MIN_SPREAD_S = 0.03
-_RUNS_ALIKE = 4.0
+_PRIOR_RUNS = 4.0
+"""Weight of the usual spread of all states of a channel, in runs."""
 _RATE_OF_ONE = 1e-3
 _FEW = 5
 """Number of good runs below which each may differ for a reason."""
@@ -186,8 +187,8 @@ class StateOrder:
             away = (alike - alike.mean(axis=0))[:, 1:]
             square = (away * away).sum(axis=0)
             usual = np.median(square / (count - 1.0))
-            freedom = count - 1.0 + _RUNS_ALIKE
-            spread = np.sqrt((square + _RUNS_ALIKE * usual) / freedom + _MIN_SPREAD_S ** 2)
+            freedom = count - 1.0 + _PRIOR_RUNS
+            spread = np.sqrt((square + _PRIOR_RUNS * usual) / freedom + _MIN_SPREAD_S ** 2)
             factor = student_quantile(_RATE_OF_ONE / len(late_s), freedom)
             limit_s = np.maximum(factor * np.sqrt(1.0 + 1.0 / count) * spread,
                                  max(_LATE_OF_ONE_S / count, _MIN_LATE_S))
