@@ -88,6 +88,14 @@ class TopicPublisher(rospy.SubscribeListener):
         """Stop latching messages of a source, from a monotonic time [ns] on."""
         self._sender.withdraw(self._topic, source, due_ns)
 
+    def close(self) -> None:
+        """Stop advertising the topic, and disconnect its subscribers."""
+        self._publisher.unregister()
+        with self._lock:
+            for link in self._links.values():
+                self._sender.remove_link(link)
+            self._links.clear()
+
     def peer_subscribe(self, topic_name: str, topic_publish: Callable[..., Any],
                        peer_publish: Callable[..., Any]) -> None:
         """See rospy.SubscribeListener."""

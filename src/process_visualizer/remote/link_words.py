@@ -270,7 +270,7 @@ def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[st
     if isinstance(master, ConnectionRefusedError) and isinstance(relay, ConnectionRefusedError):
         return (f'nothing listens on {address.host}, neither a ROS master (port '
                 f'{address.port or MASTER_PORT}) nor a cell for viewers (port '
-                f'{DEFAULT_PORTS[0]}): '
+                f'{DEFAULT_PORTS[0]}), or a firewall there refuses the connection: '
                 'is the cell running there? It lets other computers watch if it is started with '
                 '"cell run --remote" or the launcher with remote:=true. If it says another port '
                 f'when it starts, add that: --master {bracketed(address.host)}:PORT',)
@@ -321,8 +321,8 @@ def still_no_connection(name: str) -> str:
 
 
 def _duration(seconds: float) -> str:
-    if seconds < 60.0:
+    if seconds < 59.95:
         return f'{seconds:.1f} s'
-    minutes = int(seconds // 60)
-    return f'{minutes} min {seconds - 60 * minutes:.0f} s' if minutes < 60 else \
+    minutes, rest_s = divmod(round(seconds), 60)
+    return f'{minutes} min {rest_s} s' if minutes < 60 else \
         f'{minutes // 60} h {minutes % 60} min'

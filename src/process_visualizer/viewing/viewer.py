@@ -98,6 +98,13 @@ class OwnScene:
                         self._topics[name] = own
         self._on_subscribe()
 
+    def forget(self) -> None:
+        """Stop publishing the topics of a cell that is there no more."""
+        with self._lock:
+            topics, self._topics, self._sources = self._topics, {}, {}
+        for it in topics.values():
+            it.publisher.close()
+
     def wanted(self) -> Set[str]:
         """Return the topics with local subscribers."""
         with self._lock:
@@ -213,13 +220,15 @@ class Viewer:
         self._losses: Set[str] = set()  # reasons reported for the present loss
         self._left_out_s: Dict[str, float] = {}  # when a topic was last thinned
         self._offer: Optional[Offer] = None
+        self._offered: Optional[Offer] = None  # the newest one, in the thread of the connection
         self._run: Optional[LaunchRun] = None
         self._watch = CellWatch(self._running, lambda look: self._events.put(
             partial(self._take_look, look)))
         self._board = AlarmBoard()
         self._frame = ''
         self._models: Set[str] = set()  # the parameters that have been set
-        self._lost_s: Optional[float] = None
+        self._lost_s: Optional[float] = None  # time of the last data before the present loss
+        self._tried_s = 0.0  # time of the first failed attempt since then
         self._wanted: Tuple[str, ...] = ()
         self._awaited: Dict[str, str] = {}
         self._is_ended = False
@@ -265,6 +274,9 @@ class Viewer:
 
     def on_offer(self, offer: Offer) -> None:
         """See Listener."""
+        if self._offered is not None and offer != self._offered:
+            self._scene.forget()  # here, as the topics of this offer follow in this thread
+        self._offered = offer
         self._put(partial(self._take_offer, offer))
 
     def on_topics(self, topics: Dict[str, OfferedTopic]) -> None:
@@ -396,7 +408,7 @@ class Viewer:
 
     def _take_loss(self, reason: str, heard_s: float) -> None:
         if self._lost_s is None:
-            self._lost_s = heard_s
+            self._lost_s, self._tried_s = heard_s, time.monotonic()
         if reason not in self._losses and len(self._losses) < _MAX_REASONS:
             self._say(f'no connection to {self._name}: {_printable(reason)}; trying again')
             self._losses.add(reason)
@@ -418,7 +430,7 @@ class Viewer:
         for problem in self._scene.take_problems():
             self._tell(problem, _printable(problem))
         lost_for_s = 0.0 if self._lost_s is None else time.monotonic() - self._lost_s
-        if lost_for_s > _ADVISE_AFTER_S:
+        if self._lost_s is not None and time.monotonic() - self._tried_s > _ADVISE_AFTER_S:
             self._tell('lost', still_no_connection(self._name))
         elif self._lost_s is None:
             self._said.pop('lost', None)

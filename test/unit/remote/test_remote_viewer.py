@@ -98,6 +98,47 @@ def test_an_rviz_that_was_killed_is_told_with_its_last_words(
     assert said[-1] == 'RViz: killed by SIGKILL\n  no screen'
 
 
+def test_topics_of_a_former_cell_are_not_advertised_any_more(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: List[str] = []
+
+    class Publisher(Nothing):
+        subscriber_count = 1
+
+        def __init__(self, name: str, *_arguments: Any) -> None:
+            self.name = name
+
+        def close(self) -> None:
+            closed.append(self.name)
+
+    monkeypatch.setattr(viewer, 'TopicPublisher', Publisher)
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), print, False)
+    offer = Offer(viewer._own_version(), 'realtime', 'a', {}, {}, 'pc:1')
+    topic = OfferedTopic(String._type, String._md5sum, String._full_text)
+    it.on_offer(offer)
+    it.on_topics({'/a': topic})
+    it.on_offer(offer)  # connected again
+    assert it._scene.wanted() == {'/a'} and not closed
+    it.on_offer(offer._replace(view='b'))
+    it.on_topics({'/b': topic})
+    assert it._scene.wanted() == {'/b'} and closed == ['/a']
+
+
+def test_advice_comes_only_after_attempts_to_connect(tmp_path: Path,
+                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    """A viewer that stood still for minutes gave it at once, and was connected a moment later."""
+    now_s, said = [1000.0], []  # type: List[float], List[str]
+    monkeypatch.setattr(viewer.time, 'monotonic', lambda: now_s[0])
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), said.append,
+                False)
+    it._take_loss('this viewer stood still for 300 s', 700.0)
+    it._step()
+    assert not any('--check' in text for text in said)
+    now_s[0] += 16.0
+    it._step()
+    assert '--check' in said[-1]
+
+
 def test_the_mode_is_said_whenever_it_changes(tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch) -> None:
     said, shown = [], []  # type: List[str], List[str]
