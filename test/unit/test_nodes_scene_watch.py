@@ -236,7 +236,7 @@ def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> Non
     assert watch.node.log == 2 * [('warn', 'scene_watch: the master does not answer: no master')]
     assert watch.words() == ''
     assert watch.words('the cell') == (
-        'the cell: the ROS master is not responding; robots may stand still')
+        'the cell: the ROS master is not responding; robots may freeze')
     watch.processes.is_master_there = True
     watch.wait(3.0)
     assert watch.words('the cell') == ''

@@ -270,7 +270,7 @@ def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLCon
         web.listen(address, port, context)  # type: ignore[attr-defined]
     except OSError as error:
         reasons = {errno.EADDRINUSE: f'another program has port {port}; choose another --port',
-                   errno.EADDRNOTAVAIL: 'that is no address of this computer',
+                   errno.EADDRNOTAVAIL: 'that is not an address of this computer',
                    errno.EACCES: 'ports below 1024 are for root; choose another --port'}
         raise OSError(error.errno, f'the page cannot be served at {address}: '
                       f'{reasons.get(error.errno or 0, error.strerror or error)}') from None

@@ -187,7 +187,7 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning],
     of the warnings was 0.
     """
     return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
-                      since_s=it.since_s + epoch_s, end='clouds come again')
+                      since_s=it.since_s + epoch_s, end='clouds are arriving again')
             for it in warnings if it.values.get(STALE_POINTS_KEY) == device]
 
 
@@ -225,7 +225,7 @@ def lost_master(is_other: bool) -> Condition:
     """
     text = 'was restarted' if is_other else _SILENT
     return Condition(MASTER, MASTER_OTHER if is_other else MASTER_SILENT,
-                     f'{text}; the launcher must start again: "Launch nodes" offers it', Level.BAD,
+                     f'{text}; restart the launcher ("Launch nodes" offers this)', Level.BAD,
                      is_clause=True)
 
 
@@ -295,7 +295,7 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
     if not is_recording or not words:
         return []
     return [Condition('recording', 'losses', f'messages are missing: {", ".join(words)}',
-                      Level.WARNING, end='still missing when the recording ended,')]
+                      Level.WARNING, end='not recovered before the recording ended,')]
 
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],

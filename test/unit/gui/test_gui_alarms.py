@@ -589,7 +589,7 @@ def test_launching_and_restarting(noted: Tuple[Stand, Recording]) -> None:
         stand.launch.changed.emit()
     assert [event.text for event in stand.model.events] == [
         'quitting all nodes', 'all nodes have ended', 'launching in real-time mode: arm',
-        'launched', 'arm is stopped', 'arm is started']
+        'launched', 'arm is stopping', 'arm is starting']
 
 
 def test_what_is_applied_is_noted_and_not_what_stays(noted: Tuple[Stand, Recording]) -> None:
@@ -643,7 +643,7 @@ def test_an_alarm_that_began_before_the_recording(noted: Tuple[Stand, Recording]
     path = str(tmp_path / 'seam.bag')
     recording.become(path=path)
     recording.finished.emit(path)
-    assert 'arm: edge is above 335, up to 424 (since before recording began)' in Path(
+    assert 'arm: edge is above 335, up to 424 (already present when recording began)' in Path(
         events_path(path)).read_text(encoding='utf-8')
 
 
@@ -692,8 +692,8 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
     stand.launch.phase, stand.launch.running = LaunchPhase.IDLE, None
     stand.states.take_look(CellLook())
     stand.launch.changed.emit()
-    assert stand.texts() == ['ROS master is not responding; the launcher must start again: "Launch '
-                             'nodes" offers it']
+    assert stand.texts() == ['ROS master is not responding; restart the launcher ("Launch nodes" '
+                             'offers this)']
     assert len(stand.model.events) == 1, 'it goes on'
     stand.model.set_master(is_lost=False, is_other=False)
     assert stand.says_no_alarms()
@@ -711,7 +711,7 @@ def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Sta
     assert stand.model.alarms[0].since_s == NOON_S + stand.now_s - 2.5, 'the last cloud came then'
     say(None)
     assert stand.says_no_alarms()
-    assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds come again')
+    assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds are arriving again')
     stand.report('arm', NodeState.EXITED, 1)
     say(Severity.WARNING)
     assert 'arm: no cloud comes' not in stand.texts()

@@ -228,7 +228,7 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
         'The ROS master was restarted. Nothing can be launched until the launcher starts '
         'again. Start it again?')
     answer(window, qtbot, is_yes=False)
-    assert 'The launcher must start again' in window.launch.status.text()
+    assert 'Restart the launcher' in window.launch.status.text()
     assert window.launch.launch.isEnabled() and not window.restarts
     window.launch.launch.click()
     answer(window, qtbot, is_yes=True)

@@ -132,7 +132,7 @@ def test_check_warns_of_frames_that_nothing_has(cell: Cell, arm_cell: Write) -> 
     assert [warning.partition('cell.xml:')[2] for warning in warnings] == [
         '2: <tool>: warning: no model, <base>, <tool> or <force> has the frame "tol0"; did you '
         'mean "tool0"?',
-        '3: <variable>: warning: "wrist_3_joint" is a joint and no frame; did you mean its link '
+        '3: <variable>: warning: "wrist_3_joint" is a joint, not a frame; did you mean its link '
         '"wrist_3_link"?',
         '4: <variable>: warning: no model, <base>, <tool> or <force> has the frame "hot/air"; it '
         'is not shown unless a driver publishes the frame in tf']

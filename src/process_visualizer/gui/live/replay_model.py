@@ -196,7 +196,7 @@ class ReplayModel(QObject):
         elif report.state is PartState.STOPPED and report.part == RVIZ_PART and (
                 before is None or before.state is not PartState.STOPPING):  # not restarted
             if self._phase is ReplayPhase.PREPARING:
-                self._give_up('There is no replay: its RViz was closed while it started')
+                self._give_up('Replay failed: its RViz was closed while it started')
             self.leave()  # the operator has closed its window
         elif report.part == BAG_PART and report.state is PartState.RUNNING and (
                 before is None or before.state is not PartState.RUNNING):
@@ -303,7 +303,7 @@ class ReplayModel(QObject):
             return
         if not isinstance(error, self._refused):
             raise error
-        self._give_up(f'There is no replay: {error}')
+        self._give_up(f'Replay failed: {error}')
 
     def _give_up(self, text: str) -> None:
         if not self.is_live:

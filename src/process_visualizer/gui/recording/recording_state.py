@@ -276,7 +276,7 @@ def obstacle(
     if phase in (RecordingPhase.STARTING, RecordingPhase.RECORDING, RecordingPhase.STOPPING):
         return ''
     if phase in (RecordingPhase.OFF, RecordingPhase.WAITING):
-        return 'nothing to record with: launch the devices in real-time mode first'
+        return 'the recorder is not running; launch the devices in real-time mode first'
     if phase is RecordingPhase.GONE:
         return 'the recorder has ended; restart it from its alarm'
     if is_silent:
@@ -288,7 +288,7 @@ def obstacle(
 
 def repair(path: str) -> str:
     """Return advice for a file that the recorder has not finished."""
-    return (f'What it wrote is in {active(path)}; Recover on the tab Recording (or "rosrun '
+    return (f'Its data is in {active(path)}; Recover on the tab Recording (or "rosrun '
             f'process_visualizer cell reindex {active(path)}") makes a bag of it')
 
 
