@@ -43,10 +43,10 @@ _KEPT_SILENCES = 100
 
 
 class CommonSilences:
-    """Silences common to all topics of a running cell, which are no evidence about a single topic.
+    """Silences common to all topics of a running cell, which say nothing about a single topic.
 
     In such a silence, the recorder or the computer had stopped. If a cell is silent for much of the
-    time, silence is the habit of all its topics.
+    time, silence is normal for all its topics.
     """
 
     def __init__(self, quick_s: float) -> None:

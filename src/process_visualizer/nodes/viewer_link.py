@@ -266,7 +266,7 @@ class ViewerLink:
         with self._changed:
             counts: Dict[str, int] = {}
             for number in self._too_large:
-                self._outbox.leave_out(number)
+                self._outbox.count_dropped(number)
             for channel, count in self._outbox.take_left_out().items():
                 topic = self._announced[channel].topic
                 counts[topic] = counts.get(topic, 0) + count

@@ -38,7 +38,7 @@ class LateArrivals:
         """
         self._period_ns = 1e9 * period_s
         self._last_ns = since_ns
-        self._begun_ns = -np.inf  # since when there has been no silence
+        self._begun_ns = -np.inf  # start of the current uninterrupted stretch
         self._intervals = np.empty(0)
         self._silence_end_ns: Optional[int] = None
         self._unsure_ns = 0

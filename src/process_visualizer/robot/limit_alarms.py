@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of process variables beyond their limits: times and extremes."""
+"""Decides when a variable beyond its limits becomes an alarm: minimum time and hysteresis."""
 from __future__ import annotations
 
 import math
@@ -17,7 +17,7 @@ _MARGIN = 0.05
 
 @dataclass(frozen=True)
 class Limits:
-    """The smallest and the greatest good value, in the variable's unit."""
+    """The lower and the upper limit, in the variable's unit."""
 
     low: float = -math.inf
     high: float = math.inf

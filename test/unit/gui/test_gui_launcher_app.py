@@ -475,7 +475,7 @@ class Quitting:
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds * 10)):
             self.now_s += 0.1
-            self.command.grace.look()
+            self.command.grace.poll()
 
     def question(self) -> str:
         found = self._window.findChild(QMessageBox, 'question')
@@ -548,7 +548,7 @@ def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: Quitting) -
     """The operator's click waits behind the operation that blocks the window."""
     quitting.command.quit()
     quitting.now_s += GRACE_S + 1.0
-    quitting.command.grace.look()
+    quitting.command.grace.poll()
     quitting.command.quit()  # cancels it
     quitting.wait(GRACE_S + 1.0)
     assert quitting.quits == 0

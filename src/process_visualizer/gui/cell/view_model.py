@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz: its place on the screen, and the views that the operator has saved."""
+"""The state of RViz (starting, alive, ended), and the views that the operator has saved."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The panel *Why was this run poor*: the runs, ticks for the good ones, and the departures."""
+"""The panel *Compare*: the runs, ticks for the good ones, and where the others left the band."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's choices for a recording: its name, its folder, its topics."""
+"""Decides which topics are ticked at first, and whether a recording's name and folder are usable."""
 from __future__ import annotations
 
 import os

@@ -27,7 +27,7 @@ NOT_RESPONDING = 'The recorder is not responding'
 NOTHING_TOLD = RecorderSnapshot('idle')
 _MIN_RECENT_S = 1.0
 _HOLE_S, _MEASURED_S = 1.5, 4.0
-"""Time without a report that is no usual one [s], and the time after it until rates are right [s].
+"""Report gap that counts as abnormal [s], and the time after it until reported rates are valid [s].
 
 Reports come every half second. The recorder measures rates once a second, and the first
 measurement after it hung covers that time.
@@ -50,7 +50,7 @@ class RecordingState(NamedTuple):
     ``error`` is about something else. ``label`` is the label of the next mark, or ''.
     ``snapshot`` is the recorder's last report, without rates once the recorder is silent.
     ``answered_s`` is the time of the last answer to a command, ``heard_s`` that of the last report;
-    ``rated_s`` is the time from which on the rates in reports are right.
+    ``rated_s`` is the time after which reported rates are valid.
     """
 
     phase: RecordingPhase = RecordingPhase.OFF

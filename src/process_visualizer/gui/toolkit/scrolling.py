@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Scrolling places, so that widgets that come and go do not move others."""
+"""Scroll areas in which widgets that appear and disappear do not move others."""
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Slow work off the GUI thread, with results delivered to the GUI thread."""
+"""Runs slow work outside the GUI thread, in named worker queues; delivers results to it."""
 from __future__ import annotations
 
 import math
@@ -28,7 +28,7 @@ class _Outcome(NamedTuple):
 
 
 class Tasks(QObject):
-    """Lines of work by name, each with its own thread for the life of the program.
+    """Named worker queues (lines), each with its own thread for the life of the program.
 
     Tasks of a line run one after the other, in order. Related work, such as all commands of the
     player, goes into one line.
@@ -174,7 +174,7 @@ _LOOK_MS, _LATE_S = 200, 1.0
 """Period of looks [ms]; longer gaps than this [s] do not count, as the window was blocked."""
 
 
-class DelayedAct(QObject):
+class DelayedAction(QObject):
     """Acts after a delay; ``changed`` is emitted for each second that is left."""
 
     changed = pyqtSignal()
@@ -189,7 +189,7 @@ class DelayedAct(QObject):
         self._left_s = 0
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
-        self._timer.timeout.connect(self.look)
+        self._timer.timeout.connect(self.poll)
 
     @property
     def is_waiting(self) -> bool:
@@ -206,15 +206,15 @@ class DelayedAct(QObject):
         self._looked_s = self._clock_s()
         self._due_s = self._looked_s + self._delay_s
         self._timer.start()
-        self.look()
+        self.poll()
 
-    def take_back(self) -> None:
+    def cancel(self) -> None:
         """Cancel the act."""
         self._due_s = None
         self._timer.stop()
         self._show(0)
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Act if the time has come."""
         if self._due_s is None:
             return
@@ -225,7 +225,7 @@ class DelayedAct(QObject):
         if left_s > 0.0:
             self._show(math.ceil(left_s))
         else:
-            self.take_back()
+            self.cancel()
             self._act()
 
     def _show(self, left_s: int) -> None:

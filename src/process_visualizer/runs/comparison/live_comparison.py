@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell compared with good runs: the signals out of their band now, and since when."""
+"""Decides which signals of a running cell leave their band, and after how long it is reported."""
 from __future__ import annotations
 
 import json

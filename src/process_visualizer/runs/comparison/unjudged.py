@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The signals and times of a run that are not judged, for lack of data."""
+"""Decides which signals and times of a run are not judged ('no data' in a verdict)."""
 from __future__ import annotations
 
 from enum import Enum
@@ -44,7 +44,7 @@ class Missing(Enum):
 class Unjudged(NamedTuple):
     """A signal that is not judged between two times of the recording [s].
 
-    One that comes too rarely is judged nowhere.
+    A signal sampled too rarely is not judged at all.
     """
 
     signal: Signal
