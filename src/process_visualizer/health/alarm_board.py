@@ -32,8 +32,8 @@ class Condition(NamedTuple):
     [s since the epoch], if known; alarms of a recording have a ``position_s``, where they begin in
     the recording. ``is_clause`` is set if the source is the subject of the text. ``end`` describes
     the end of the condition in the event. A latched condition remains an alarm after its end, until
-    it is acknowledged. ``reported_by`` names the values that show whether the condition persists; it
-    is empty if the condition is not about values. ``excess`` ranks several occurrences by severity.
+    it is acknowledged. ``reported_by`` names the values that show whether the condition persists;
+    it is empty if the condition is not about values. ``excess`` ranks occurrences by severity.
     ``times`` is how often the condition has begun (0: unknown), so that an unobserved end is
     noticed.
     """

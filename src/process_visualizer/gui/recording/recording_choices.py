@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decides which topics are ticked at first, and whether a recording's name and folder are usable."""
+"""Decides which topics are ticked at first, and whether name, folder and disk can be used."""
 from __future__ import annotations
 
 import os
