@@ -221,7 +221,7 @@ def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) 
                 and {value.key: value.value for value in it.values}.get(STALE_POINTS_KEY) == 'c']
 
     assert told(1.5) == []
-    assert set(told(2.5)) == {'no cloud comes; the points in the picture are out of date'}
+    assert set(told(2.5)) == {'no cloud is arriving; the points in the picture are out of date'}
     [first, *_] = [it for sent in watch.node.sent('/diagnostics') for it in sent.status]
     assert {it.key: it.value for it in first.values}['for_s'] == '2.5', 'since the last cloud'
     watch.wait(10.0)  # the depth processor is gone: still no cloud arrives

@@ -34,7 +34,7 @@ def frame_problems(devices: Iterable[Device],
               for link in description.parents}
     return [Problem(place.location, place.element,
                     f'the frame "{place.frame}" is a link of the model of "{owners[place.frame]}", '
-                    'which says where it is; choose another name')
+                    'which determines its place; choose another name')
             for place in _placed(devices) if place.frame in owners]
 
 

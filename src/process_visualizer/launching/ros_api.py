@@ -206,7 +206,7 @@ class AskedMaster:
         """Return the master's answer, which must be of a given type."""
         value = self._asked(method)
         if not isinstance(value, kind):
-            raise rosgraph.MasterException('the master answers nonsense')
+            raise rosgraph.MasterException('the answer of the master is invalid')
         return value
 
     def _asked(self, method: str, *values: Any) -> Any:

@@ -56,7 +56,7 @@ each."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
-NO_CLOUD = 'no cloud comes; the points in the picture are out of date'
+NO_CLOUD = 'no cloud is arriving; the points in the picture are out of date'
 OTHERS_MEANING = 'this picture is out of date'
 ROBOTS_STAND = f'{ITSELF}: the ROS master is not responding; robots may freeze'
 """robot_state_publisher 1.15 asks the master for tf_prefix with each joint state."""

@@ -95,7 +95,7 @@ class PlayerControl:
     def repeat(self) -> str:
         """Publish the scene again while paused, for receivers that changed how they show it."""
         if not self._timeline.state.paused:
-            return self._where('playing on')
+            return self._where('still playing')
         self._playback.show_again()
         return self._where('shown again')
 

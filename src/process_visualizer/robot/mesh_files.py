@@ -60,7 +60,7 @@ def mesh_problem(address: str) -> str:
         return f'RViz would ask another computer for the mesh {shortened(address)}'
     path = _path_of(address)
     if path is None:
-        return f'{shortened(address)} is no plain address of a mesh'
+        return f'{shortened(address)} is not a plain address of a mesh'
     try:
         status = os.stat(path)
     except (OSError, ValueError):

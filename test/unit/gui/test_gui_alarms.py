@@ -702,19 +702,20 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
 
 def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:
     def say(severity: 'Severity | None') -> None:
-        stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud comes',
+        stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud is arriving',
                               stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '2.5'})
         stand.warnings.look()
 
     say(Severity.WARNING)
-    assert stand.texts() == ['arm: no cloud comes']
+    assert stand.texts() == ['arm: no cloud is arriving']
     assert stand.model.alarms[0].since_s == NOON_S + stand.now_s - 2.5, 'the last cloud came then'
     say(None)
     assert stand.says_no_alarms()
-    assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds are arriving again')
+    assert stand.model.events[-1].text.startswith(
+        'arm: no cloud is arriving: clouds are arriving again')
     stand.report('arm', NodeState.EXITED, 1)
     say(Severity.WARNING)
-    assert 'arm: no cloud comes' not in stand.texts()
+    assert 'arm: no cloud is arriving' not in stand.texts()
 
 
 @pytest.mark.parametrize('missing', ['cloud', 'topic'])
@@ -729,7 +730,7 @@ def test_data_that_a_launch_delays_is_no_alarm_but_one_from_before_stays(
     def say(is_missing: bool) -> None:
         if missing == 'cloud':
             stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm',
-                                  Severity.WARNING if is_missing else None, 'no cloud comes',
+                                  Severity.WARNING if is_missing else None, 'no cloud is arriving',
                                   stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '0.0'})
             stand.warnings.look()
         else:

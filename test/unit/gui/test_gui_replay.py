@@ -346,7 +346,7 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     assert bar.state.text() == 'Preparing the replay… 3 s'
     stand.now_s = before_s + 20.0
     bar.show_state()
-    assert bar.state.text() == 'Preparing the replay… 20 s: the running cell comes first'
+    assert bar.state.text() == 'Preparing the replay… 20 s: the running cell has priority'
     stand.now_s = before_s
     stand.begin()
     stand.now_s = 1002.5

@@ -111,7 +111,7 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
     for look in (CellLook(frozenset(CELL_NODES)), CellLook(master_problem=MASTER_OTHER)):
         second.take_look(look)
         assert second.stale is not None and second.stale.isVisible()
-        assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d',
+        assert re.search(r'nothing has been received from the cell since \d\d:\d\d:\d\d',
                          second.stale.text())
         assert second.stale.testAttribute(Qt.WA_ShowWithoutActivating)
         if not look.master_problem:

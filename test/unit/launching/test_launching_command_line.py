@@ -159,7 +159,7 @@ def test_a_base_that_is_a_link_of_another_model_is_refused(command: str, cell: C
         JOINTS, '\n<device type="other" name="lamp"><base frame="tool0"/></device>'))
     assert code == 1
     assert error.endswith('cell.xml:3: <base>: the frame "tool0" is a link of the model of "arm", '
-                          'which says where it is; choose another name')
+                          'which determines its place; choose another name')
 
 
 def test_two_devices_with_one_base_frame_are_refused(cell: Cell, arm_cell: Write) -> None:

@@ -86,7 +86,7 @@ class SecondLauncher(QObject):
         print(owner.text, file=sys.stderr, flush=True)
 
     def take_look(self, look: CellLook) -> None:
-        """Show since when nothing has come from the cell, until the cell answers again."""
+        """Show since when nothing has been received from the cell, until it answers again."""
         is_stale = look.silent >= set(CELL_NODES) or look.master_problem == MASTER_OTHER
         if is_stale and self.stale is None:
             self.stale = self._say_it_is_stale()
@@ -97,9 +97,9 @@ class SecondLauncher(QObject):
 
     def _say_it_is_stale(self) -> QMessageBox:
         since = time.strftime('%H:%M:%S')
-        print(f'nothing has come from the cell since {since}', file=sys.stderr, flush=True)
-        box = message_box(None, 'This picture is out of date: nothing has come from the cell since '
-                          f'{since}. It was quit, or its ROS master was started again.')
+        print(f'nothing has been received from the cell since {since}', file=sys.stderr, flush=True)
+        box = message_box(None, 'This picture is out of date: nothing has been received from the '
+                          f'cell since {since}. It was quit, or its ROS master was restarted.')
         box.setWindowFlag(Qt.WindowStaysOnTopHint)
         stop = box.addButton('Stop watching', QMessageBox.RejectRole)
         stop.setObjectName('stop_watching')

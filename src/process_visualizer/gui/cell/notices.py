@@ -128,7 +128,7 @@ class LostMasterNotice(NoticeFrame):
         self._master = master
         remedy = QPushButton('Start again…')
         remedy.setObjectName('lost_master_remedy')
-        remedy.setToolTip('Quit all nodes, and start the launcher again; you are asked first')
+        remedy.setToolTip('Quit all nodes, and restart the launcher; you will be asked first')
         remedy.clicked.connect(self.remedy_wanted)
         self.add_buttons(remedy)
         for changed in (master.lost, master.returned):

@@ -89,7 +89,7 @@ def _kept_anchors(settings: Mapping[str, Any]) -> Anchors:
 
 def _texts(values: Any) -> Tuple[str, ...]:
     if not isinstance(values, list):
-        raise TypeError(f'{values!r} is no list')
+        raise TypeError(f'{values!r} is not a list')
     return tuple(str(value) for value in values)
 
 

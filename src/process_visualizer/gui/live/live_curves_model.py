@@ -45,8 +45,8 @@ class LookPace:
 
 
 LINE = 'live curves'
-_SILENT = f'{NOT_RESPONDING}; the curves go on when it does'
-_ENDED = 'The recorder has ended. Restart it from its alarm; the curves go on then'
+_SILENT = f'{NOT_RESPONDING}; the curves continue when it responds'
+_ENDED = 'The recorder has ended. Restart it from its alarm to continue the curves'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
 """Lengths of the past to choose from; the first is the length of the recorder's memory."""
 _JUDGED_S = 30.0

@@ -587,5 +587,6 @@ class BagModel(QObject):
         self._gone = gone
         self.changed.emit()
         if gone:
-            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. What plays '
-                             'goes on until its nodes are quit; put it back, or open another bag.')
+            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. '
+                             'Playback continues until its nodes are quit; put it back, or open '
+                             'another bag.')

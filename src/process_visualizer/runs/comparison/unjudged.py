@@ -36,7 +36,7 @@ class Missing(Enum):
     """The reason why a signal is not judged, as a text."""
 
     DATA = 'no data'
-    MOTION = ('messages of the motion are missing or came late there, so the moment of the process '
+    MOTION = ('messages of the motion are missing or arrived late, so the moment of the process '
               'is unknown')
     SELDOM = 'fewer than two values a second'
 
