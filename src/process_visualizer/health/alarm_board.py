@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms and events of a cell, both derived from its present conditions."""
+"""Turns the present conditions of a cell into alarms and events: order, end, acknowledgment."""
 from __future__ import annotations
 
 import time

@@ -92,8 +92,8 @@ class SendingHabit:
     def add(self, time_s: float, segment: int = 0) -> None:
         """Add the time [s] of a message, and the segment of playback without a jump that it is in.
 
-        Messages that are sent again after a jump, or while the clock is stopped, are no evidence of
-        the habit of the topic.
+        Messages that are sent again after a jump, or while the clock is stopped, say nothing
+        about the habit of the topic.
         """
         if self._last is not None and self._last[1] == segment and time_s != self._last[0]:
             self._intervals_s.append(abs(time_s - self._last[0]))  # playback may run backwards

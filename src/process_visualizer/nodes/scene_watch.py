@@ -51,7 +51,7 @@ ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
     f'/{GHOST}': 'the reference run is out of date'}
-"""The program's own nodes, except player and recorder, which come and go, and the effect of losing
+"""The program's own nodes, except player and recorder (not always there), and the effect of losing
 each."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)

@@ -92,7 +92,7 @@ class TopicFeed:
             subscriber.unregister()
 
     def _update(self) -> List[rospy.Subscriber]:
-        """Subscribe to new topics; return the subscribers that no viewer needs any more."""
+        """Subscribe to new topics; return those that no viewer needs now."""
         needed: Set[str] = {topic for topic, takers in self._wanted.items() if takers}
         left = [self._subscribers.pop(it) for it in set(self._subscribers) - needed]
         for topic in set(self._wanted) - needed:

@@ -65,7 +65,7 @@ class PlayerControl:
                             monotonic_ns=now_ns)
 
     def play(self) -> str:
-        """Play on; start over if nothing is left to play."""
+        """Continue to play; start over if nothing is left to play."""
         self._pause_requested = False
         self._timeline.play()
         return self._where('playing')

@@ -29,7 +29,7 @@ class Limits:
 
     @property
     def margin(self) -> float:
-        """Return the distance inside a limit at which a value is back, so noise ends no alarm."""
+        """Return the distance inside a limit at which an alarm ends; noise does not end it."""
         if -math.inf < self.low and self.high < math.inf:
             return _MARGIN * (self.high - self.low)
         return _MARGIN * abs(self.low if self.low > -math.inf else self.high)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sources of alarms and events: objects near robots, and actions of operator and program."""
+"""Notes events (launching, recording, marks), also in a file beside each bag; alarms of objects."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All models of the window and their connections; no widgets."""
+"""Creates and connects all models of the window; decides the status line, and what can launch."""
 from __future__ import annotations
 
 import os

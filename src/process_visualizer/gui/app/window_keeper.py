@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps the launcher, RViz and the timeline together on the screen."""
+"""Decides when the launcher, RViz and the timeline are moved, to keep them together."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -210,7 +210,7 @@ class WindowKeeper(QObject):
         self._show_rviz_place()
 
     def _show_rviz_place(self) -> None:
-        """Fill the place of an RViz that was closed or killed, or that is started."""
+        """Fill the place of an RViz that was closed or killed, or that is starting."""
         view = self._launcher.view
         self.rviz_place.show_text('RViz is starting…' if view.is_starting else view.end_text,
                                   not view.is_starting)

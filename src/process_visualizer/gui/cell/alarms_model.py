@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The present alarms, and the events since the launcher was opened."""
+"""Collects the present alarms of all sources, and the events since the launcher was opened."""
 from __future__ import annotations
 
 import getpass

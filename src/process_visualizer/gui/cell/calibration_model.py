@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: poses, boxes and tools of devices, edited while nodes run, saved in the file."""
+"""Poses, boxes and tools of devices, edited while nodes run; decides which saved pose applies."""
 from __future__ import annotations
 
 import math

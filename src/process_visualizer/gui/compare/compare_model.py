@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The runs of recordings: the good ones, and how the others differ from them."""
+"""Finds, compares, aligns and shares the runs of recordings; keeps which runs are good."""
 from __future__ import annotations
 
 import os

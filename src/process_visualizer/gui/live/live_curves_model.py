@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of the running cell, read in the background."""
+"""Reads the curves of the running cell in the background; decides how often, by its cost."""
 from __future__ import annotations
 
 import time
@@ -132,7 +132,7 @@ class LiveCurvesModel(QObject):
 
     @property
     def problem(self) -> str:
-        """Return why no new data comes while the cell runs; empty if all is well."""
+        """Return why no new data arrives while the cell runs; empty if all is well."""
         if not self._is_running:
             return ''
         return _ENDED if self._has_ended else _SILENT if self._is_silent else ''

@@ -41,7 +41,7 @@ _STEADY = 0.1
 
 
 _SLOW_S = 20
-"""Time to prepare a replay after which it is said why: its processes have a lower priority [s]."""
+"""Time to prepare a replay after which the reason is shown: a lower priority [s]."""
 
 
 class ReplayBar(QWidget):

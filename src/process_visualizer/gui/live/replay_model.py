@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instant replay of the last seconds while the cell and its recording continue."""
+"""Instant replay of the last seconds; decides when it is ready, and when it is given up."""
 from __future__ import annotations
 
 from dataclasses import replace

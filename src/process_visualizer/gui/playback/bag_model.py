@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recording chosen for playback: its files, its curves, its played topics."""
+"""Opens the recording for playback, or says why not; its curves, played topics and marks."""
 from __future__ import annotations
 
 import os

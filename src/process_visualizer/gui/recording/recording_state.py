@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of recording, as an immutable value, and its changes by commands and reports."""
+"""The state of recording, its changes by commands and reports, and why a command is refused."""
 from __future__ import annotations
 
 from typing import Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
@@ -29,7 +29,7 @@ _MIN_RECENT_S = 1.0
 _HOLE_S, _MEASURED_S = 1.5, 4.0
 """Report gap that counts as abnormal [s], and the time after it until reported rates are valid [s].
 
-Reports come every half second. The recorder measures rates once a second, and the first
+Reports arrive every half second. The recorder measures rates once a second, and the first
 measurement after it hung covers that time.
 """
 _SENT_ERROR_S = 0.1

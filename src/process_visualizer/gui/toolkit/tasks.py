@@ -171,7 +171,7 @@ class TaskProgress(QObject):
 
 
 _LOOK_MS, _LATE_S = 200, 1.0
-"""Period of looks [ms]; longer gaps than this [s] do not count, as the window was blocked."""
+"""Polling period [ms]; longer gaps than this [s] do not count, as the window was blocked."""
 
 
 class DelayedAction(QObject):
@@ -193,12 +193,12 @@ class DelayedAction(QObject):
 
     @property
     def is_waiting(self) -> bool:
-        """Return whether the act is pending, and can be canceled."""
+        """Return whether the action is pending, and can be canceled."""
         return self._due_s is not None
 
     @property
     def left_s(self) -> int:
-        """The seconds until the act; 0 if none is pending."""
+        """The seconds until the action; 0 if none is pending."""
         return self._left_s
 
     def begin(self) -> None:
@@ -209,13 +209,13 @@ class DelayedAction(QObject):
         self.poll()
 
     def cancel(self) -> None:
-        """Cancel the act."""
+        """Cancel the action."""
         self._due_s = None
         self._timer.stop()
         self._show(0)
 
     def poll(self) -> None:
-        """Act if the time has come."""
+        """Act if the delay is over."""
         if self._due_s is None:
             return
         now_s = self._clock_s()
@@ -244,7 +244,7 @@ class SilenceWatch(QObject):
     """
 
     silent = pyqtSignal()
-    """No message has come for long; the next ``hear`` ends the silence."""
+    """No message has arrived for long; the next ``hear`` ends the silence."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -279,7 +279,7 @@ class NewestCall(Generic[Value]):
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """Set callbacks: ``on_done`` when no value waits any more, ``on_error`` for a failure."""
+        """Set callbacks: ``on_done`` when no value is waiting, ``on_error`` for a failure."""
         self._tasks = tasks
         self._line = line
         self._function = function

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The comparison of a run with good ones: where it left their band, and what was not judged."""
+"""The result of comparing a run: where it left the band, what was not judged, how bad it is."""
 from __future__ import annotations
 
 import math

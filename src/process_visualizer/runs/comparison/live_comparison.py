@@ -148,11 +148,11 @@ class LiveComparison:
     def unjudged_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                    reference_s: np.ndarray, since_s: float,
                    expected: Collection[Key] = ()) -> Dict[str, float]:
-        """Return for how long [s] channels could not be judged, by name, for lack of values.
+        """Return the time [s] in which channels were not judged for lack of values, by name.
 
         Channels without any values count if they are ``expected``; others have no live curve.
 
-        What came after ``judged_until_s`` is left out, as later values complete it; so is what was
+        Times after ``judged_until_s`` are left out, as later values complete them, and so are times
         before ``since_s``. The rest is as for ``departures``.
         """
         is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s, reference_s))
