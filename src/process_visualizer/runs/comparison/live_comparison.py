@@ -64,7 +64,7 @@ _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
 _MOMENT = 'the moment in the reference'
-_GOES_ON = 0.5
+_MIN_PACE = 0.5
 """Minimum pace of a run, as a share of the reference's, while its moment is unknown."""
 
 
@@ -307,7 +307,7 @@ def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
     for begin, end in spans(unknown):
         is_within = begin > 0 and end < len(unknown)
         passed_s = reference_s[end] - reference_s[begin - 1] if is_within else -np.inf
-        unknown[begin:end] = passed_s >= _GOES_ON * (end - begin + 1) / RATE_HZ
+        unknown[begin:end] = passed_s >= _MIN_PACE * (end - begin + 1) / RATE_HZ
     return unknown
 
 
