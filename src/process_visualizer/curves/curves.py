@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small curves of the process variables over a whole recording, for the timeline."""
+"""Small curves of the process variables, and their alarms, over a whole recording."""
 from __future__ import annotations
 
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple

@@ -57,8 +57,8 @@ def joint_warnings(devices: Iterable[Device],
     """Return a warning for each robot whose model has joints, but no topic that moves them."""
     return [Problem(device.location, 'device',
                     f'no topic of "{device.name}" has the type "joint_states", so its model does '
-                    'not move; add a <topic name="…" type="joint_states" /> for the topic that its '
-                    'driver publishes')
+                    'not move; add a <topic name="…" type="joint_states" /> for the topic that '
+                    'its driver publishes')
             for device in devices
             if device.type is DeviceType.ROBOT and device.name in descriptions
             and descriptions[device.name].joints

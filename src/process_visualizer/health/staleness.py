@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time for which a value holds before it is stale, judged by the usual intervals of its topic.
+"""Decides how long a value holds before it is stale, by the usual intervals of its topic.
 
 A driver that sends at a rate has stopped when it is silent for longer than usual. A driver that
 sends only when a value changes may be silent for any time.

@@ -178,7 +178,7 @@ class SecondLauncher(QObject):
 
 
 _EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
-                'an RViz of its own; nothing is changed in it. There it has to be started with '
+                'an RViz of its own; nothing is changed in it. Start the cell there with '
                 '"cell run --remote", or the launcher with remote:=true (see docs/remote.md).')
 _LOOKING, _ENDED = 'Looking for the cell on {}…', 'Watching has ended.'
 _MAX_LINES = 500

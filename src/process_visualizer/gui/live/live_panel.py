@@ -41,7 +41,7 @@ _STEADY = 0.1
 
 
 _SLOW_S = 20
-"""Time to prepare a replay after which the reason is shown: a lower priority [s]."""
+"""Time to prepare a replay after which the reason (its low priority) is shown [s]."""
 
 
 class ReplayBar(QWidget):
