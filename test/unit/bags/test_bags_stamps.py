@@ -116,8 +116,9 @@ def test_any_text_is_a_definition_or_a_definition_error(first, second):
 
 @pytest.mark.parametrize(('definition', 'message'), [
     ('int32', 'not a field'), ('int32 a b', 'not a field'), ('int32[ a', 'not a field'),
-    ('int32[-1] a', 'not a field'), ('int32[9999999999] a', 'not a field'), ('1x a', 'not a field'),
-    ('a/b/c/d x', 'not a field'), ('__import__("os") x', 'not a field'), ('int32 a.b', 'not a field'),
+    ('int32[-1] a', 'not a field'), ('int32[9999999999] a', 'not a field'),
+    ('1x a', 'not a field'), ('a/b/c/d x', 'not a field'), ('__import__("os") x', 'not a field'),
+    ('int32 a.b', 'not a field'),
     ('Other a', 'definition of pkg/Other is missing'),
     ('Type a', 'contains itself'), ('Type[] a', 'contains itself'),
     ('int32 a\n' + '=' * 80 + '\nint32 b', 'MSG'),
