@@ -35,7 +35,7 @@ std::vector<recorder::Message> halfAMinute() {
   return messages;
 }
 
-void copy(const recorder::Intake& intake, const recorder::Beginning& all) {
+void copy(const recorder::Intake& intake, const recorder::Preamble& all) {
   recorder::RecordingOptions options;
   options.path = kPath;
   options.minimum_free_bytes = 0;
@@ -68,7 +68,7 @@ int main() {
   for (const recorder::Message& message : messages) publishers[message.topic()] = {"/n"};
   intake.follow(publishers, {});
   for (const recorder::Message& message : messages) intake.receive(message);
-  const recorder::Beginning all{intake.choice(), 1e12, ""};
+  const recorder::Preamble all{intake.choice(), 1e12, ""};
   constexpr int kTurns = 3, kTimes = 3;
   const bool is_kept = isWithin(
       kLimit, "copy of 75,000 messages", [&] { copy(intake, all); }, "rosbag::Bag",

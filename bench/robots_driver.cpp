@@ -204,7 +204,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "robots_driver");
   // The system under test must not block drivers or the stopwatch.
   if (!process_visualizer::takeRealTimePriority())
-    process_visualizer::takeSlices(process_visualizer::kShortSlice);
+    process_visualizer::setTimeSlice(process_visualizer::kShortSlice);
   ros::NodeHandle node, parameters("~");
   const int count = parameters.param("robots", 1);
   const double warm_up_s = parameters.param("warm_up", 5.0);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Checks a box's center and size; its corners, and its outline as a marker.
+
 #include "process_visualizer/cloud/box.hpp"
 
 #include <tf2_eigen/tf2_eigen.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelet CloudFusion: joins the clouds of several sensors into one; its parameters and complaints.
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
@@ -156,7 +158,7 @@ class Complaints {
   Time next_report_;
 };
 
-/// Nodelet that joins the clouds of several sensors, those on the parameter `~topics`, to one on
+/// Nodelet that joins the clouds of several sensors, on the topics in `~topics`, into one on
 /// `~output`: in the frame `~frame`, with one point in each cube of `~voxel` m, at the rate of the
 /// slowest sensor. Each cloud has its sensor's pose at its stamp; the joined one has the newest
 /// stamp. A sensor that is silent for `~timeout` s is left out until it sends again, which the log
@@ -286,7 +288,7 @@ void CloudFusion::complainOfSilence() {
   for (std::size_t sensor = 0; sensor < parameters_.topics.size(); ++sensor) {
     const std::string& topic = parameters_.topics[sensor];
     if (clouds_->isSilent(sensor, now()))
-      complaints_->add(topic, "no clouds come on " + topic + "; that sensor is left out");
+      complaints_->add(topic, "no clouds received on " + topic + "; that sensor is left out");
   }
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Checks the fields and sizes claimed by a cloud; creates colored clouds.
+
 #include "process_visualizer/cloud/cloud_layout.hpp"
 
 #include <sensor_msgs/PointField.h>
@@ -26,7 +28,7 @@ std::size_t coordinateOffset(const PointCloud2& cloud, const std::string& name) 
                                   [&](const auto& candidate) { return candidate.name == name; });
   require(field != cloud.fields.end(), "the cloud has no field '" + name + "'");
   require(field->datatype == PointField::FLOAT32, "field '" + name + "' is not of type FLOAT32");
-  require(isWithinPoint(*field, cloud), "field '" + name + "' ends behind its point: offset " +
+  require(isWithinPoint(*field, cloud), "field '" + name + "' ends beyond its point: offset " +
                                             std::to_string(field->offset) + ", point_step " +
                                             std::to_string(cloud.point_step));
   return field->offset;
@@ -35,7 +37,7 @@ std::size_t coordinateOffset(const PointCloud2& cloud, const std::string& name) 
 }  // namespace
 
 CoordinateOffsets checkedOffsets(const PointCloud2& cloud) {
-  require(!cloud.is_bigendian, "the cloud is big-endian, only little-endian clouds are supported");
+  require(!cloud.is_bigendian, "the cloud is big-endian; only little-endian clouds are supported");
   const CoordinateOffsets offsets{coordinateOffset(cloud, "x"), coordinateOffset(cloud, "y"),
                                   coordinateOffset(cloud, "z")};
   const std::uint64_t row_size = std::uint64_t{cloud.width} * cloud.point_step;

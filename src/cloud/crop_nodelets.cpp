@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelets RoiFilter and RegisteredCropNodelet: parameters of the box, its outline, subscriptions.
+
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber_filter.h>
 #include <message_filters/subscriber.h>
@@ -50,7 +52,7 @@ using XmlRpc::XmlRpcValue;
 constexpr double kParameterPeriod = 0.5;  ///< of reading the parameters without data, s
 constexpr int kQueueSize = 5;             ///< messages that wait for those of their time
 
-/// A parameter's value; invalid if it is not set. A deleted one remains as an empty struct.
+/// A parameter's value; invalid if it is not set. A deleted parameter remains as an empty struct.
 XmlRpcValue read(const ros::NodeHandle& node_handle, const std::string& name) {
   XmlRpcValue value;
   if (!node_handle.getParamCached(name, value)) return {};
@@ -109,7 +111,7 @@ RoiParameters readRoiParameters(const ros::NodeHandle& node_handle) {
 
 /// Lets glibc keep the memory of a frame for the next one: it keeps twice the largest block that
 /// has been freed. Otherwise it would return the memory and get it anew, page by page, which takes
-/// as much time as everything else together (docs/benchmarks.md).
+/// as long as all other work together (docs/benchmarks.md).
 void keepFreedMemory() {
   constexpr std::size_t kBlock = 16'000'000;         // bytes; a frame takes 5 MB
   void* const volatile block = std::malloc(kBlock);  // volatile, or the compiler leaves it out

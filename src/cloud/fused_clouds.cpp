@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Clock of the data, and which sensors are silent, new, or complete.
+
 #include "process_visualizer/cloud/fused_clouds.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Grid of directions around the sensor: neighbors share a cell, and the nearest points hide others.
+
 #include "process_visualizer/cloud/line_of_sight.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Undistortion of pixels (plumb_bob), scaling to the image, and checks of the camera info.
+
 #include "process_visualizer/cloud/pixel_rays.hpp"
 
 #include <sensor_msgs/distortion_models.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// ICP in rounds, refinement of its result, and the thresholds that refuse a fit.
+
 #include "process_visualizer/cloud/pose_fit.hpp"
 
 #include <pcl/common/common.h>
@@ -57,7 +59,7 @@ std::string axis(const Eigen::Vector3d& direction) {
 
 }  // namespace
 
-Determination::Determination(const SurfaceCloud& points) {
+PoseObservability::PoseObservability(const SurfaceCloud& points) {
   const Eigen::Vector3d middle = center(points);
   const double length = radius(points, middle);
   Matrix6 information = Matrix6::Zero();
@@ -74,7 +76,7 @@ Determination::Determination(const SurfaceCloud& points) {
   motion_ = solver.eigenvectors().col(0);
 }
 
-std::string Determination::freeMotion() const {
+std::string PoseObservability::freeMotion() const {
   const Eigen::Vector3d turn = motion_.head<3>(), shift = motion_.tail<3>();
   return turn.norm() > shift.norm() ? "a turn about " + axis(turn) : "a shift along " + axis(shift);
 }
@@ -91,10 +93,10 @@ constexpr double kBeside = 1.4;       ///< maximum distance along the surface, i
 constexpr double kEdge = 2.0;         ///< minimum distance of a point from an edge, in spacings
 constexpr float kEvenCosine = 0.94F;  ///< of normals without an edge between them: 20 degrees
 constexpr std::size_t kMinInGroup = 4;
-constexpr std::size_t kMinPairs = 2000;  ///< points in all
-constexpr double kHeld = 1e-3;           ///< minimum `Determination::weakest` of pairs
+constexpr std::size_t kMinPairs = 2000;     ///< points in all
+constexpr double kMinObservability = 1e-3;  ///< of `PoseObservability::weakest` of pairs
 constexpr int kSteps = 8;
-constexpr double kStill = 1e-5;  ///< m and rad
+constexpr double kConverged = 1e-5;  ///< a step below this ends the refinement, m and rad
 
 /// A point of the cloud and the nearest point of the model.
 struct Pair {
@@ -191,7 +193,7 @@ bool suffice(const Pairs& pairs) {
   if (pairs.size() < kMinPairs) return false;
   SurfaceCloud surface;
   for (const Pair& pair : pairs) surface.push_back(*pair.model);
-  return Determination(surface).weakest() > kHeld;
+  return PoseObservability(surface).weakest() > kMinObservability;
 }
 
 /// The small motion that minimizes the squared distances of the pairs: a Gauss-Newton step.
@@ -239,7 +241,7 @@ Eigen::Isometry3d refined(const std::vector<Neighbors>& groups, const SurfaceClo
     if (!suffice(pairs)) return start;
     const Vector6 change = step(pairs);
     motion = motionOf(change) * motion;
-    if (change.norm() < kStill) break;
+    if (change.norm() < kConverged) break;
   }
   return motion;
 }
@@ -255,11 +257,11 @@ constexpr std::array<Round, 7> kRounds{
 constexpr double kSourceReach = 1.5;  ///< reach of the points given to ICP, relative to the round's
 constexpr double kStillM = 1e-6;      ///< ICP ends when it moves the cloud by less
 
-constexpr std::size_t kMinPoints = 300;     ///< 0.03 m² of the model
-constexpr double kSolvable = 1e-3;          ///< minimum `Determination::weakest` for ICP
-constexpr double kMinDetermination = 0.01;  ///< minimum `Determination::weakest` of a fit
-constexpr double kMaxResidualM = 0.006;     ///< a cloud of noise has about half of the reach
-constexpr double kMaxShiftM = 0.25;         ///< a larger correction is wrong
+constexpr std::size_t kMinPoints = 300;        ///< 0.03 m² of the model
+constexpr double kSolvable = 1e-3;             ///< minimum `PoseObservability::weakest` for ICP
+constexpr double kMinFitObservability = 0.01;  ///< minimum `PoseObservability::weakest` of a fit
+constexpr double kMaxResidualM = 0.006;        ///< a cloud of noise has about half of the reach
+constexpr double kMaxShiftM = 0.25;            ///< a larger correction is wrong
 
 pcl::PointNormal pointAt(const Eigen::Vector3f& place) {
   pcl::PointNormal point;
@@ -353,29 +355,28 @@ void refuseFewPoints(std::size_t count) {
   if (count >= kMinPoints) return;
   throw FitRefused("only " + std::to_string(count) + " points lie on the models (at least " +
                    std::to_string(kMinPoints) +
-                   " are needed); bring more of them into view, or move "
-                   "the sensor closer to where it is by hand first");
+                   " are needed); bring more of them into view, or first set the "
+                   "sensor's pose by hand, closer to the true one");
 }
 
-[[noreturn]] void refuseFreeMotion(const Determination& determination) {
-  throw FitRefused("nothing that is in view holds the sensor against " +
-                   determination.freeMotion() + "; bring surfaces of other directions into view");
+[[noreturn]] void refuseFreeMotion(const PoseObservability& observability) {
+  throw FitRefused("nothing in view holds the sensor against " + observability.freeMotion() +
+                   "; bring surfaces that face other directions into view");
 }
 
-void refuseBadFit(const PoseFit& fit, const Determination& determination, double shift_m) {
-  if (determination.weakest() < kMinDetermination) refuseFreeMotion(determination);
+void refuseBadFit(const PoseFit& fit, const PoseObservability& observability, double shift_m) {
+  if (observability.weakest() < kMinFitObservability) refuseFreeMotion(observability);
   if (fit.residual_m > kMaxResidualM || !(shift_m < kMaxShiftM))
-    throw FitRefused(
-        "the cloud does not come to lie on the models: " + millimeters(fit.residual_m) +
-        " are left, after a motion of " + millimeters(shift_m) +
-        "; move the sensor closer to where it is by hand first");
+    throw FitRefused("the cloud does not fit the models: " + millimeters(fit.residual_m) +
+                     " remain after a motion of " + millimeters(shift_m) +
+                     "; first set the sensor's pose by hand, closer to the true one");
 }
 
 /// Refuses a round of ICP without enough points, or whose points do not constrain the cloud.
 void refuseUnsolvable(const Contact& contact) {
   refuseFewPoints(contact.surface.size());
-  const Determination determination(contact.surface);
-  if (determination.weakest() < kSolvable) refuseFreeMotion(determination);
+  const PoseObservability observability(contact.surface);
+  if (observability.weakest() < kSolvable) refuseFreeMotion(observability);
 }
 
 /// Point-to-plane ICP in rounds; returns the motion that puts the cloud onto the model.
@@ -418,10 +419,10 @@ PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector
   refuseFewPoints(after.surface.size());
   const SurfaceCloud::Ptr same = within(kRounds.back().reach_m, points, moved, *tree);
   const Contact before = contact(*same, surface, *tree, kRounds.front().reach_m);
-  const Determination determination(after.surface);
-  PoseFit fit{correction, before.rms_m, after.rms_m, after.surface.size(), determination.weakest()};
+  const PoseObservability observability(after.surface);
+  PoseFit fit{correction, before.rms_m, after.rms_m, after.surface.size(), observability.weakest()};
   const Eigen::Vector3d eye = sensor.cast<double>();
-  refuseBadFit(fit, determination, (correction * eye - eye).norm());
+  refuseBadFit(fit, observability, (correction * eye - eye).norm());
   return fit;
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Checks of depth and color images, and the loop over their pixels that keeps points in the box.
+
 #include "process_visualizer/cloud/registered_crop.hpp"
 
 #include <sensor_msgs/CameraInfo.h>
@@ -65,9 +67,9 @@ void checkFrame(const std::string& frame, const std::string& depth_frame, const 
 void checkDepthImage(const Image& depth) {
   const bool is_float = depth.encoding == encodings::TYPE_32FC1;
   require(is_float || depth.encoding == encodings::TYPE_16UC1,
-          "the depth image's encoding is '" + depth.encoding + "', it must be 16UC1 or 32FC1");
+          "the depth image's encoding is '" + depth.encoding + "'; it must be 16UC1 or 32FC1");
   require(!depth.is_bigendian,
-          "the depth image is big-endian, only little-endian depths are supported");
+          "the depth image is big-endian; only little-endian depths are supported");
   checkData(depth, is_float ? sizeof(float) : sizeof(std::uint16_t), "depth image");
 }
 
@@ -75,7 +77,7 @@ void checkDepthImage(const Image& depth) {
 ColorLayout checkColorImage(const Image& color, const Image& depth) {
   const auto layout = kColorLayouts.find(color.encoding);
   require(layout != kColorLayouts.end(), "the color image's encoding is '" + color.encoding +
-                                             "', it must be rgb8, bgr8, rgba8, bgra8 or mono8");
+                                             "'; it must be rgb8, bgr8, rgba8, bgra8 or mono8");
   checkData(color, layout->second.pixel_size, "color image");
   require(
       std::uint64_t{color.height} * depth.width >= std::uint64_t{depth.height} * color.width,

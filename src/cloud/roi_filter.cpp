@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Copies the runs of consecutive points that lie in the box.
+
 #include "process_visualizer/cloud/roi_filter.hpp"
 
 #include <cstdint>

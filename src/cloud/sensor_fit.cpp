@@ -47,7 +47,7 @@ constexpr std::size_t kMaxModels = 10'000;
 // As in ros_names.py.
 constexpr char kRepeat[] = "/bag_player/repeat";
 
-/// Lets a paused player publish its scene again.
+/// Asks a paused player to publish its scene again.
 void askForRepetition() {
   std_srvs::Trigger request;
   if (ros::service::exists(kRepeat, /*print_failure_reason=*/false))
@@ -81,7 +81,7 @@ PointCloud2::ConstPtr nextCloud(const std::string& topic) {
     is_connected = subscriber.getNumPublishers() > 0;
   }
   if (last) return last;
-  throw std::runtime_error(is_connected ? "no cloud comes on " + topic
+  throw std::runtime_error(is_connected ? "no cloud received on " + topic
                                         : "nobody publishes clouds on " + topic);
 }
 
@@ -220,7 +220,7 @@ double areaOf(const Surface& surface) {
 double spacingFor(const std::vector<PlacedSurface>& surfaces) {
   double area = 0.0;
   for (const PlacedSurface& placed : surfaces) area += areaOf(placed.surface);
-  require(std::isfinite(area), "the models have sizes that are no numbers");
+  require(std::isfinite(area), "the models have sizes that are not numbers");
   return std::max(kSpacingM, std::sqrt(area / kMaxPoints));
 }
 
@@ -244,7 +244,7 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
   const Eigen::Isometry3d camera = places.of(cloud->header.frame_id);
   if (!places.hangsOn(cloud->header.frame_id, request.base))
     throw std::invalid_argument("the clouds on " + request.cloud + " are in the frame " +
-                                cloud->header.frame_id + ", which does not hang on " +
+                                cloud->header.frame_id + ", which is not attached to " +
                                 request.base);
   const auto surfaces = placed(request.models, places, response.left_out);
   if (surfaces.empty()) throw std::invalid_argument("no model has a known pose");
@@ -261,7 +261,7 @@ void fitSensor(const FitSensor::Request& request, FitSensor::Response& response)
 }
 
 /// Takes the next cloud and finds the pose of its sensor; a refusal is an answer too. Subscribes to
-/// clouds and transforms only meanwhile.
+/// clouds and transforms only during the call.
 bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
   try {
     fitSensor(request, response);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Triangulation of basic shapes, even sampling of triangles, meshes from assimp.
+
 #include "process_visualizer/cloud/surface.hpp"
 
 #include <assimp/postprocess.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Hash table of cubes: sums of the positions and colors of their points.
+
 #include "process_visualizer/cloud/voxel_grid.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Duration of a complaint after the last bad message, and its diagnostic status.
+
 #include "process_visualizer/common/complaint.hpp"
 
 #include <chrono>
@@ -6,7 +8,7 @@
 namespace process_visualizer {
 namespace {
 
-constexpr std::chrono::seconds kHold{3};  // so that it does not blink
+constexpr std::chrono::seconds kHold{3};  // so that it does not flicker
 
 }  // namespace
 

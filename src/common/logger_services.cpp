@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Services ~get_loggers and ~set_logger_level, with a limited number of loggers.
+
 #include "process_visualizer/common/logger_services.hpp"
 
 #include <ros/console.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Parses message definitions, and walks through a message's bytes to check claimed lengths.
+
 #include "process_visualizer/common/message_bytes.hpp"
 
 #include <sstream>
@@ -99,7 +101,7 @@ class ClaimedLengths::Walk {
     // Elements of zero bytes take memory too, so each counts as one byte here.
     if (count > reader_.left() / (least > 0 ? least : 1))
       throw std::invalid_argument("it claims " + std::to_string(count) + " of " + type +
-                                  ", and only " + std::to_string(reader_.left()) + " bytes follow");
+                                  ", but only " + std::to_string(reader_.left()) + " bytes follow");
     if (lengths_.is_fixed_.at(type)) {
       reader_.skip(count * least);
       return;

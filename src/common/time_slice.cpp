@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// System calls for time slices and real-time priority.
+
 #include "process_visualizer/common/time_slice.hpp"
 
 #include <pthread.h>
@@ -26,7 +28,7 @@ struct SchedulingAttributes {
 
 }  // namespace
 
-void takeSlices(std::chrono::nanoseconds slice) {
+void setTimeSlice(std::chrono::nanoseconds slice) {
   SchedulingAttributes attributes;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   attributes.runtime_ns = static_cast<std::uint64_t>(slice.count());

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Runs expat over a document; limits nesting, and refuses a DOCTYPE.
+
 #include "process_visualizer/common/xml_walk.hpp"
 
 #include <expat.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Saves and loads RViz's camera as YAML; refuses unknown classes.
+
 #include "camera.hpp"
 
 #include <rviz/view_controller.h>

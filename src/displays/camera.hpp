@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// RViz's current camera as text, to copy it from one RViz to another.
+
 #include <QString>
 #include <string>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display DisplayStatus: status of all displays, silent topics, window, keys and camera.
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/names.h>
 #include <ros/node_handle.h>
@@ -45,7 +47,7 @@ using sensor_msgs::RegionOfInterest;
 
 constexpr std::chrono::milliseconds kReportPeriod{500};
 constexpr float kLookPeriod = 0.1F;                       ///< between two checks of the camera, s
-constexpr std::chrono::milliseconds kCoveredPeriod{250};  ///< of pictures that nobody sees
+constexpr std::chrono::milliseconds kCoveredPeriod{250};  ///< of pictures, if covered
 
 // Displays that have received nothing
 
@@ -85,7 +87,7 @@ bool hasFault(const rviz::Display& display) {
   return false;
 }
 
-/// Returns whether this process has subscribed a topic or, for images, one with the suffix of a
+/// Returns whether this process has subscribed to a topic or, for images, one with the suffix of a
 /// transport.
 bool isSubscribed(const std::string& topic) {
   ros::V_string topics;
@@ -128,14 +130,14 @@ std::string topicOf(const rviz::Display& display) {
   return "";
 }
 
-/// Returns why a display shows nothing of its topic: it has not subscribed the topic, or has
+/// Returns why a display shows nothing of its topic: it has not subscribed to it, or has
 /// received nothing yet. Empty if it has, if it is disabled or has no topic, if RViz itself warns,
 /// and for interactive markers, which may have no server while nobody needs one. Call this and the
 /// following only in RViz's GUI thread.
 std::string silence(const rviz::Display& display) {
   const std::string topic = topicOf(display);
   if (!display.isEnabled() || topic.empty()) return "";
-  if (!isSubscribed(topic)) return "No messages received: RViz has not subscribed " + topic;
+  if (!isSubscribed(topic)) return "No messages received: RViz has not subscribed to " + topic;
   if (hasFault(display)) return "";
   if (hasReceivedNothing(display)) return "No messages received on " + topic;
   return hasNoMarker(display) ? "No markers received on " + topic : "";
@@ -282,7 +284,8 @@ class WindowPlace : public QObject {
 };
 
 /// Draws only four pictures a second while another window covers RViz's, so that the other window
-/// gets the time. The program of that window reports this on `~covered` (std_msgs/Bool, latched).
+/// gets the processor. The program of that window reports this on `~covered` (std_msgs/Bool,
+/// latched).
 class CoveredPace : public QObject {
  public:
   explicit CoveredPace(rviz::VisualizationManager& manager) : manager_(&manager) {
@@ -316,7 +319,7 @@ class CoveredPace : public QObject {
 ///
 /// On `~camera` (std_msgs/String, latched) it publishes the current camera when that has changed,
 /// at most ten times a second. It publishes and sets the place of RViz's window (see WindowPlace),
-/// passes keys on to the launcher (see KeyReport), and spares pictures that nobody sees (see
+/// passes keys on to the launcher (see KeyReport), and skips pictures that nobody sees (see
 /// CoveredPace).
 class DisplayStatus : public rviz::Display {
  public:

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Selection of the key presses that go to the launcher instead of RViz, and their age.
+
 #include "key_report.hpp"
 
 #include <ros/node_handle.h>
@@ -27,7 +29,7 @@ std::string nameOf(int key, Qt::KeyboardModifiers modifiers) {
 
 bool isLetter(int key) { return key >= Qt::Key_A && key <= Qt::Key_Z; }
 
-/// Returns whether a key is a printable sign other than a letter or a digit.
+/// Returns whether a key is punctuation: printable, but neither a letter nor a digit.
 bool isSign(int key) {
   const bool is_digit = key >= Qt::Key_0 && key <= Qt::Key_9;
   return key > Qt::Key_Space && key < Qt::Key_Escape && !isLetter(key) && !is_digit;
@@ -88,7 +90,7 @@ namespace {
 
 constexpr int kMaxPresses = 10;  ///< waiting to be sent
 
-/// Returns whether text is written in a widget.
+/// Returns whether text can be typed into a widget.
 bool isField(const QWidget& widget) {
   const auto* box = qobject_cast<const QComboBox*>(&widget);
   return qobject_cast<const QLineEdit*>(&widget) ||
@@ -97,8 +99,8 @@ bool isField(const QWidget& widget) {
          (box && box->isEditable());
 }
 
-/// Returns whether a widget itself uses keys that move within it.
-bool isWalked(const QWidget& widget) {
+/// Returns whether a widget itself uses the keys that move a selection.
+bool usesNavigationKeys(const QWidget& widget) {
   return qobject_cast<const QAbstractItemView*>(&widget) || qobject_cast<const QComboBox*>(&widget);
 }
 
@@ -135,7 +137,7 @@ bool KeyReport::eventFilter(QObject* object, QEvent* event) {
 
 bool KeyReport::takes(const QWidget& widget, int key) const {
   return window_ && widget.window() == window_ && !isField(widget) &&
-         !(isWalked(widget) && movesWithin(key)) && !QApplication::activeModalWidget() &&
+         !(usesNavigationKeys(widget) && movesWithin(key)) && !QApplication::activeModalWidget() &&
          !QApplication::activePopupWidget() && subscriber_.getNumPublishers() > 0;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Keys pressed in RViz that are passed on to the launcher.
+
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/String.h>
@@ -19,8 +21,8 @@ class QWidget;
 namespace process_visualizer::displays {
 
 /// The name of a key press (as written by QKeySequence, such as "Shift+Space"), if it is in
-/// `wanted`; empty otherwise, and for RViz's own presses (with Ctrl, Alt or Meta). Signs such as
-/// "?" match with or without Shift, as keyboards differ.
+/// `wanted`; empty otherwise, and for RViz's own presses (with Ctrl, Alt or Meta). Punctuation keys
+/// such as "?" match with or without Shift, as keyboards differ.
 std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
                       const std::set<std::string>& wanted);
 
@@ -34,9 +36,9 @@ bool movesWithin(int key);
 /// The non-empty lines of a text.
 std::set<std::string> lines(const std::string& text);
 
-/// The age of input to a window that handles it late, since the X server received it. The server
-/// has a clock of its own: the event that was handled soonest counts as handled at once, and so
-/// does one that seems to be a minute late, as after the suspension of one of two computers.
+/// Time from the moment the X server received an input event until the window handles it. The
+/// server has a clock of its own: the event that was handled soonest counts as handled at once, and
+/// so does one that seems to be a minute late, as after the suspension of one of two computers.
 class InputAge {
  public:
   /// \param received_ms  time of an event (X server's clock; 0 is unknown), which may wrap around

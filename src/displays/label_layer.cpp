@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Labels in the picture: which are visible, the obstacles they avoid, and their leaders.
+
 #include "label_layer.hpp"
 
 #include <OgreCamera.h>
@@ -143,7 +145,7 @@ std::vector<const Ogre::Entity*> visibleEntities(Ogre::SceneManager& scene) {
 }
 
 /// Rectangles around the parts of models and arrows. A long part is divided along its length; parts
-/// that fill much of the picture are left out, as nothing could avoid them.
+/// that fill much of the picture are left out, as no plate could avoid them.
 std::vector<Obstacle> modelObstacles(Ogre::SceneManager& scene,
                                      const ScreenProjection& projection) {
   std::vector<Obstacle> obstacles;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Draws the labels of all displays on plates in front of RViz's 3D view.
+
 #include <OgreRenderTargetListener.h>
 #include <rviz/render_panel.h>
 

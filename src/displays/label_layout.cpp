@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Costs by which the places of label plates are chosen, and their gliding motion.
+
 #include "label_layout.hpp"
 
 #include <algorithm>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Places of label plates in the picture: where each goes, and when all are placed anew.
+
 #include <map>
 #include <optional>
 #include <string>
@@ -30,7 +32,7 @@ struct Rect {
 Point anchorOrTop(const std::optional<Point>& anchor, Size view);
 
 /// Part of the picture that a plate should not cover. `weight` is the distance, in px, that a plate
-/// may move to avoid a full overlap (of the smaller of the two).
+/// may move to avoid complete overlap (of the smaller of the two).
 struct Obstacle {
   Rect rect;
   float weight = 0;

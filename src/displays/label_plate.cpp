@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Colors, contrast and font size of a plate, and painting it with Qt.
+
 #include "label_plate.hpp"
 
 #include <QFont>

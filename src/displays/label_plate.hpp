@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Appearance of a label's plate: readable colors, font size, and picture.
+
 #include <QImage>
 #include <string>
 #include <vector>

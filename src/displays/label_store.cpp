@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Joins the text markers at one place into a label, and finds the arrow of each line.
+
 #include "label_store.hpp"
 
 #include <algorithm>

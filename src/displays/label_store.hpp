@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Text markers of one topic, collected into labels; when they expire.
+
 #include <geometry_msgs/Point.h>
 #include <ros/time.h>
 #include <std_msgs/ColorRGBA.h>

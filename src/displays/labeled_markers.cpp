@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display LabeledMarkers: hands texts to the label layer, and all other markers to RViz.
+
 #include "labeled_markers.hpp"
 
 #include <rviz/display_context.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// RViz display of markers whose texts are drawn on readable plates.
+
 #include <rviz/default_plugin/marker_array_display.h>
 
 #include <map>
@@ -31,7 +33,8 @@ class LabeledMarkers : public rviz::MarkerArrayDisplay {
   void reset() override;
   void fixedFrameChanged() override;
 
-  /// Returns whether a message, even one without markers, has come since the topic was subscribed.
+  /// Returns whether a message, even without markers, has arrived since the topic was subscribed
+  /// to.
   bool hasReceived() const { return has_received_; }
 
  protected:

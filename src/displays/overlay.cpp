@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Ogre objects in front of the scene: materials, textures, and lines with a rim.
+
 #include "overlay.hpp"
 
 #include <OgreHardwarePixelBuffer.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Pictures and leader lines drawn in front of RViz's scene.
+
 #include <OgreManualObject.h>
 #include <OgreMaterial.h>
 #include <OgreTexture.h>
@@ -20,7 +22,7 @@ constexpr Ogre::uint8 kPlateQueue = 98;
 /// Quadrangles in front of the scene, with colors that do not depend on light.
 class FlatObject {
  public:
-  /// `node` is the parent of what is drawn; it has to outlive this.
+  /// `node` is the parent of the drawn objects; it must outlive this.
   FlatObject(Ogre::SceneManager& scene, Ogre::SceneNode& node, Ogre::uint8 queue);
   ~FlatObject();
   FlatObject(const FlatObject&) = delete;
@@ -51,7 +53,7 @@ class FlatObject {
 /// A picture in front of the scene, at its own size in pixels.
 class PlatePicture {
  public:
-  /// `node` is the parent of what is drawn; it has to outlive this.
+  /// `node` is the parent of the drawn objects; it must outlive this.
   PlatePicture(Ogre::SceneManager& scene, Ogre::SceneNode& node);
   ~PlatePicture();
   PlatePicture(const PlatePicture&) = delete;
@@ -79,7 +81,7 @@ struct Leader {
 /// Draws leaders in front of the scene.
 class LeaderLines {
  public:
-  /// `node` is the parent of what is drawn; it has to outlive this.
+  /// `node` is the parent of the drawn objects; it must outlive this.
   LeaderLines(Ogre::SceneManager& scene, Ogre::SceneNode& node);
 
   /// `pixel_ratio`: pixels of the screen per pixel of the desktop

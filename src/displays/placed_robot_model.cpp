@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display RobotModel: hides links of a robot that have never had a pose.
+
 #include <OgreSceneNode.h>
 #include <rviz/default_plugin/robot_model_display.h>
 #include <rviz/display_context.h>
@@ -14,7 +16,8 @@
 namespace process_visualizer::displays {
 
 /// RViz's display of a robot, without the links whose pose has never been known: RViz would draw
-/// them white at the origin, where the robot is not. RViz's own tree still lists them as errors.
+/// them in white at the origin, although the robot is elsewhere. RViz's own tree still lists them
+/// as errors.
 class RobotModel : public rviz::RobotModelDisplay {
  public:
   void update(float wall_dt, float ros_dt) override {

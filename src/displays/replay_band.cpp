@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// RViz display ReplayBand: marks the window of a replay, and shows or hides it on request.
+
 #include <process_visualizer/PlayerState.h>
 #include <process_visualizer/ShowReplay.h>
 #include <ros/callback_queue.h>
@@ -80,8 +82,8 @@ int drawText(const QString& text, int left, const QRect& band, QPainter& painter
 
 }  // namespace
 
-/// The content of the band: the word REPLAY on a plate, a text, and at the right how to return. It
-/// paints itself, because a label would lay out RViz's window at every change of its text.
+/// The content of the band: the word REPLAY on a plate, a text, and at the right a hint to return.
+/// It paints itself, because a label would lay out RViz's window at every change of its text.
 class ReplayRibbon : public QWidget {
  public:
   explicit ReplayRibbon(QWidget* parent) : QWidget(parent) {

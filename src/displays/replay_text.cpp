@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Age of the replayed moment from the player's state, and its wording.
+
 #include "replay_text.hpp"
 
 #include <algorithm>

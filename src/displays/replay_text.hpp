@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Text in the band of a replay: how long ago the shown moment was.
+
 #include <optional>
 #include <string>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Shows and hides RViz's window without side effects; covers it until the first picture is drawn.
+
 #include "replay_window.hpp"
 
 #include <ros/init.h>

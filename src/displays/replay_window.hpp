@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// RViz's main window during a replay: shown or hidden, without taking the keyboard focus.
+
 #include <QElapsedTimer>
 #include <QObject>
 #include <QPointer>

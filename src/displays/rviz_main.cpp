@@ -2,7 +2,7 @@
 // RViz, changed in two ways.
 //
 // Without a graphics card it draws without anti-aliasing: pictures then take 19 instead of 47 ms of
-// processor time (1213x489 pixels, llvmpipe), and the rest of the cell gets the time saved.
+// processor time (1213x489 pixels, llvmpipe), which leaves more for the rest of the cell.
 //
 // The X server knows its windows before anything is drawn into them:
 // OGRE creates a window on one connection to the X server and draws into it on another, and the

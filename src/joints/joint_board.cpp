@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds for thinning, silence and conflicts of joints, and for the advance of ROS time.
+
 #include "process_visualizer/joints/joint_board.hpp"
 
 #include <algorithm>
@@ -86,7 +88,7 @@ JointPositions JointBoard::passOn(Clock::time_point now, bool is_rest) {
     found.positions.push_back(joint.position);
     if (!joint.is_new) continue;
     joint.is_new = false;
-    // A small delay is made up for, so that the rate is kept however often this is called.
+    // Makes up for a small delay, so that the rate does not depend on how often this is called.
     joint.next = now - joint.next < period_ ? joint.next + period_ : now + period_;
   }
   return found;
@@ -156,8 +158,8 @@ std::string JointBoard::silence(Clock::time_point now) const {
     longest = std::max(longest, silent);
   }
   if (names.empty()) return "";
-  return "no position of " + names + " has come for " + rounded(Seconds(longest).count(), 0) +
-         " s, while others come; it is drawn where it was";
+  return "no position of " + names + " received for " + rounded(Seconds(longest).count(), 0) +
+         " s, though others are; it is drawn where it was";
 }
 
 std::string JointBoard::conflict(Clock::time_point now) const {
@@ -195,7 +197,8 @@ std::string TimeWatch::problem(double ros_s, Clock::time_point now) {
     return "ROS time has gone back: this computer's clock was set back, or what publishes /clock "
            "was restarted";
   if (now - advanced_ > kMaxStep)
-    return "ROS time stands still: look at what publishes /clock, or set /use_sim_time to false";
+    return "ROS time is not advancing; check the publisher of /clock, or set /use_sim_time to "
+           "false";
   return {};
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Decodes the supported message types, and maps drivers' joint names to the robot's.
+
 #include "process_visualizer/joints/joint_message.hpp"
 
 #include <algorithm>
@@ -33,7 +35,7 @@ std::vector<double> arrayValues(WireReader reader) {
   const std::vector<float> data = reader.numbers<float>();
   reader.end();
   if (padding > data.size())
-    throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is behind its " +
+    throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is beyond its " +
                                 std::to_string(data.size()) + " elements");
   return {data.begin() + static_cast<std::ptrdiff_t>(padding), data.end()};
 }

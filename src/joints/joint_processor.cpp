@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node joint_proc: joint states of one robot, in the namespace with the robot's name.
+// The node joint_proc: joint states of one robot, in the namespace with the robot's name, and their
+// stamps (the driver's if usable, else arrival, minus latency).
 //
 // Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (default: those of
 // robot_description), ~joint_offsets, ~joint_rate, ~prefix (optional prefix of the driver's joint
@@ -30,6 +31,7 @@
 #include "process_visualizer/common/time_slice.hpp"
 #include "process_visualizer/joints/joint_board.hpp"
 #include "process_visualizer/joints/joint_message.hpp"
+#include "process_visualizer/joints/measuring_time.hpp"
 
 namespace process_visualizer::joints {
 
@@ -48,14 +50,14 @@ struct JointParameters {
 ///
 /// While others follow, a position is published at once or not at all, so thinning adds no delay.
 /// Without thinning, fast drivers would load each robot's state publisher, and the master, which it
-/// asks at every state. A published state may have only some of the joints (see JointBoard). Its
+/// queries at every state. A published state may have only some of the joints (see JointBoard). Its
 /// stamp is the driver's if that is from this computer's clock, otherwise the time of arrival,
 /// minus the driver's latency if known.
 ///
 /// An unusable message is left out, with a throttled warning, which is on /diagnostics while the
 /// problem lasts. There is no warning if it has only joints of other robots while those of this one
-/// come on the same topic. States are published even when (simulated) ROS time stands still or goes
-/// back, with a warning.
+/// arrive on the same topic. States are published even when (simulated) ROS time does not advance
+/// or goes back, with a warning.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -68,6 +70,7 @@ class JointProcessor {
     ros::Duration latency;  ///< from the measurement to the stamp, or to the arrival
     ros::Subscriber subscriber;
     bool was_connected = false;
+    MeasuringTime measuring_time;
   };
 
   void subscribe(Subscription& subscription);
@@ -107,8 +110,7 @@ constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr int kQueue = 100;             // messages: each may have other joints
-constexpr double kUsableWithinS = 1.0;  // maximum age of a stamp at its arrival, as in KeptStamps
+constexpr int kQueue = 100;  // messages: each may have other joints
 
 }  // namespace
 
@@ -122,7 +124,7 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   for (std::size_t number = 0; number < parameters_.topics.size(); ++number) {
     const double latency = parameters_.latencies.empty() ? 0.0 : parameters_.latencies[number];
-    subscriptions_.push_back({parameters_.topics[number], ros::Duration(latency), {}});
+    subscriptions_.push_back({parameters_.topics[number], ros::Duration(latency), {}, false, {}});
   }
   for (Subscription& subscription : subscriptions_) subscribe(subscription);
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
@@ -143,7 +145,7 @@ void JointProcessor::subscribe(Subscription& subscription) {
       [this, &subscription](const RawMessageEvent& event) { receive(subscription, event); });
 }
 
-// roscpp keeps the first type that it saw and refuses publishers of another one.
+// Resubscribes: roscpp keeps the first type that it saw and refuses publishers of another one.
 void JointProcessor::followChangedType(Subscription& subscription) {
   const bool connected = subscription.subscriber.getNumPublishers() > 0;
   if (subscription.was_connected && !connected) {
@@ -162,11 +164,11 @@ void JointProcessor::receive(Subscription& subscription, const RawMessageEvent& 
     const auto now = Clock::now();
     used_ = now;
     quiet_ = false;
-    // Now, not when the state is sent: that may be later.
-    const ros::Time arrival = ros::Time::now();
-    const ros::Time stamp = ros::Time().fromNSec(message.stamp_ns);
-    const double age_s = (arrival - stamp).toSec();
-    stamp_ = (age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival) - subscription.latency;
+    // Takes the arrival time here; publishing may happen later.
+    const auto arrival_ns = static_cast<std::int64_t>(ros::Time::now().toNSec());
+    const auto stamp_ns = static_cast<std::int64_t>(message.stamp_ns);
+    const std::int64_t measured_ns = subscription.measuring_time.of(stamp_ns, arrival_ns);
+    stamp_ = ros::Time().fromNSec(measured_ns) - subscription.latency;
     board_.add(joints, event.getPublisherName(), now);
     publish(board_.due(now));
     watch(topic, joints.unusable);
@@ -192,7 +194,7 @@ void JointProcessor::watch(const std::string& topic, const std::vector<std::stri
     warn(topic, text);
 }
 
-// Not ROS_WARN_THROTTLE, which is silent while ROS time stands still.
+// Not ROS_WARN_THROTTLE, which is silent while ROS time does not advance.
 void JointProcessor::warn(const std::string& topic, const std::string& problem) {
   const auto now = Clock::now();
   complained_ = topic;
@@ -327,7 +329,7 @@ int main(int argc, char** argv) {
   // Before the first NodeHandle, so that roscpp's threads inherit it: each message wakes two of
   // them for some microseconds, one after the other, and neither must wait for processes that draw.
   if (!process_visualizer::takeRealTimePriority())
-    process_visualizer::takeSlices(process_visualizer::kShortSlice);
+    process_visualizer::setTimeSlice(process_visualizer::kShortSlice);
   ros::NodeHandle node;  // keeps roscpp running
   process_visualizer::replaceLoggerServices();
   try {

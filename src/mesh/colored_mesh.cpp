@@ -106,7 +106,7 @@ ColoredMesh* colored_mesh_read(const char* path) {
   return answered([&](ColoredMesh& result) { read(path, result); });
 }
 
-/// Checks only whether the mesh can be given to a parser; the result has no triangles.
+/// Checks only that the mesh is safe to parse; the result has no triangles.
 ColoredMesh* colored_mesh_check(const char* path) {
   return answered([&](ColoredMesh&) { checkMesh(contentOf(path), path); });
 }

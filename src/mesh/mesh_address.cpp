@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Resolves package:// and file:// addresses; refuses paths outside their package.
+
 #include "process_visualizer/mesh/mesh_address.hpp"
 
 #include <ros/package.h>

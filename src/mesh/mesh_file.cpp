@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Limits for mesh files: size, format, and nested nodes of Collada scenes.
+
 #include "process_visualizer/mesh/mesh_file.hpp"
 
 #include <assimp/MemoryIOWrapper.h>
@@ -177,7 +179,8 @@ void checkCollada(const Bytes& content) {
 
 void checkMesh(const Bytes& content, const std::string& name) {
   const std::string format = formatOf(name);
-  // assimp has parsers for many other formats, some of which a few bytes make allocate all memory.
+  // assimp has parsers for many other formats; in some, a few bytes cause it to allocate all
+  // memory.
   if (std::find(kFormats.begin(), kFormats.end(), format) == kFormats.end())
     throw unreadable(name, "only STL, Collada (.dae) and OBJ are");
   if (format != "dae") return;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// The Hungarian method.
+
 #include "process_visualizer/objects/assignment.hpp"
 
 #include <limits>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Joins occupied voxels; estimates the orientation, extent and height of boxes despite noise.
+
 #include "process_visualizer/objects/clusters.hpp"
 
 #include <algorithm>
@@ -104,7 +106,7 @@ constexpr float kColumnWidth = 0.03F;     // m: heights are measured in columns
 constexpr float kTopLayer = 0.03F;        // m: the part of a column that counts for its height
 constexpr float kTopLayerDeviations = 5;  // standard deviations: the same with a noisy sensor
 constexpr std::size_t kMinColumnPoints = 8;
-constexpr float kPointsPerStray = 500;      // one point of so many may be a stray
+constexpr float kPointsPerStray = 500;      // 1 in this many points may be an outlier
 constexpr float kAreaTolerance = 1.2F;      // times the smallest area
 constexpr std::size_t kYawSample = 500;     // points
 constexpr float kNegligibleNoise = 0.004F;  // m

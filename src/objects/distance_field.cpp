@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Computes the grid of distances, finds its inside by flood fill, and interpolates.
+
 #include "process_visualizer/objects/distance_field.hpp"
 
 #include <pcl/kdtree/kdtree_flann.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Surfaces of URDF links, the grid of posed bodies, and the search for the nearest robot.
+
 #include "process_visualizer/objects/known_bodies.hpp"
 
 #include <urdf_model/model.h>

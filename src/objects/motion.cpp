@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Least-squares fit of an object's motion, and when it is taken to be stationary.
+
 #include "process_visualizer/objects/motion.hpp"
 
 #include <Eigen/QR>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Decides which points form one object: touching objects, occluded parts, persons and their limbs.
+
 #include "process_visualizer/objects/object_finder.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -39,12 +41,12 @@ constexpr float kNoiseWeight = 0.3F;         // of a cloud, in the estimate of t
 constexpr float kSurfaceMargin = 0.1F;       // m: around an object, to measure its surface
 constexpr float kPredictionError = 0.04F;    // m
 constexpr float kMinShare = 0.15F;           // of a group's points, of each object in it
-constexpr std::size_t kViewSample = 2000;    // points of a cloud that tell where it looks
-constexpr std::size_t kRobotSample = 4000;   // points that tell whether robots are there
+constexpr std::size_t kViewSample = 2000;    // points of a cloud that show where it looks
+constexpr std::size_t kRobotSample = 4000;   // points that show whether robots are there
 constexpr float kRayStep = 0.05F;            // m
 constexpr float kMaxRayLength = 20;          // m
 constexpr float kOccludingDepth = 0.02F;     // m: a ray this deep in a robot ends there
-constexpr std::size_t kGroupSample = 200;    // points of a group that tell its owner
+constexpr std::size_t kGroupSample = 200;    // points of a group that determine its owner
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 /// Predicted object nearest to a place, or kNone if none is within `max_distance` (m).
@@ -517,8 +519,8 @@ float gapBetween(const Cluster& one, const Cluster& other, float max_gap) {
   return std::sqrt(min_square);
 }
 
-/// Assigns each tip to the nearest object within whose reach it is. If that is wrong, a distance
-/// that is too small does less harm than one that is too large.
+/// Assigns each tip to the nearest object that can reach it. If that is wrong, a distance that is
+/// too small does less harm than one that is too large.
 std::vector<Cluster> tipsByObject(const std::vector<Cluster>& tips,
                                   const std::vector<FoundObject>& objects,
                                   const std::vector<PredictedObject>& predicted) {

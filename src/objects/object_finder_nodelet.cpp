@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Nodelet ObjectFinderNodelet: parameters, poses at the time of a cloud, playback, and warnings.
+
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
 #include <ros/callback_queue.h>
@@ -330,7 +332,7 @@ bool ObjectFinderNodelet::isReady() {
   try {
     load();
   } catch (const std::invalid_argument& error) {
-    NODELET_WARN_THROTTLE(kReportPeriod, "No objects are sought in the clouds on %s: %s",
+    NODELET_WARN_THROTTLE(kReportPeriod, "Not searching for objects in the clouds on %s: %s",
                           cloud_subscriber_.getTopic().c_str(), error.what());
   }
   return finder_.has_value();
@@ -345,7 +347,7 @@ void ObjectFinderNodelet::load() {
       for (KnownBody& body : bodiesOf(name, reach, is_robot)) bodies.push_back(std::move(body));
   }
   finder_.emplace(std::move(bodies), parameters_.settings);
-  NODELET_INFO("objects are sought in the clouds on %s; %zu links have a model",
+  NODELET_INFO("searching for objects in the clouds on %s; %zu links have a model",
                cloud_subscriber_.getTopic().c_str(), finder_->bodies().size());
 }
 
@@ -451,7 +453,7 @@ void ObjectFinderNodelet::warnAboutNoise(const std::optional<DetectionLimit>& li
   NODELET_WARN_THROTTLE(
       kNoisePeriod,
       "The sensor of %s is noisy: at %.1f m what is lower than %.0f cm, or nearer "
-      "than that to a robot, may be missed. Put it nearer",
+      "than that to a robot, may be missed. Move it closer",
       cloud_subscriber_.getTopic().c_str(), limit->range, std::ceil(100 * limit->size));
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Fills the messages of objects, and draws their markers: colors, texts, lifetime.
+
 #include "process_visualizer/objects/object_messages.hpp"
 
 #include <cmath>

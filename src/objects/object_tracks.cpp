@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds and costs for matching detections to tracks; smoothing, occlusion, time to contact.
+
 #include "process_visualizer/objects/object_tracks.hpp"
 
 #include <algorithm>
@@ -22,7 +24,7 @@ using Eigen::Vector3f;
 constexpr float kSideMargin = 0.02F;       // m: rim points this near to a side belong to it
 constexpr float kMinOutwardCosine = 0.6F;  // between a rim point's outward direction and a side's
 constexpr int kMinEnds = 3;                // rim points that show where a side is
-constexpr float kMaxExcess = 0.02F;        // m: an object that exceeds its known size by more grew
+constexpr float kMaxExcess = 0.02F;  // m: an object larger than its known size by more has grown
 
 /// Visible range along one direction. For either end, it counts rim points where the object really
 /// ends, minus those where it is truncated.
@@ -171,7 +173,7 @@ UprightBox ObjectTracks::Track::predictedAt(double stamp) const {
 }
 
 /// Gate: maximum distance from the predicted position, m. It grows with time, but not for an object
-/// that was hidden while it stood: what is far from there is another one.
+/// that was hidden while it stood: a detection far from there is another object.
 float ObjectTracks::Track::gateAt(double stamp) const {
   if (stands() && stamp - last_seen > kMaxGateTime) return kGate;
   const float passed = std::min(static_cast<float>(stamp - last_seen), kMaxGateTime);

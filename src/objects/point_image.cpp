@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Image of a cloud with or without rows; searches its lines for edges, artifacts and occluders.
+
 #include "process_visualizer/objects/point_image.hpp"
 
 #include <Eigen/Geometry>
@@ -88,7 +90,7 @@ PointImage imageOfAny(const Points& points) {
 }
 
 /// Image of a cloud. Points without rows are projected into a camera in whose optical frame (z
-/// forward) they are; consecutive points in a row of its image tell the width of its pixels.
+/// forward) they are; consecutive points in a row of its image give the width of its pixels.
 PointImage imageOf(const Points& points) {
   return points.height > 1 ? imageOfRows(points) : imageOfAny(points);
 }
@@ -375,7 +377,7 @@ Occlusions occlusionsOf(const Points& points, const std::vector<Label>& labels,
 namespace {
 
 constexpr float kInnerShare = 0.8F;  // of the box, whose rim may be visible
-constexpr std::size_t kStride = 7;   // between the points checked; no divisor of usual row lengths
+constexpr std::size_t kStride = 7;   // between checked points; does not divide common image widths
 
 /// Part of the ray from one place through another that lies in a box around the origin, as
 /// multiples of their distance; the second is smaller if the ray misses the box.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Finds level planes (RANSAC), their extent by tiles, and the noise from their residuals.
+
 #include "process_visualizer/objects/support_planes.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -26,11 +28,11 @@ constexpr float kMinKnownShare = 0.5F;      // of the minimum area, for an earli
 constexpr int kMaxHiddenTiles = 5;          // in a row, over which a surface may continue
 constexpr int kMinRaysPast = 2;             // that show that a surface is not in a tile
 constexpr std::size_t kPlaneSample = 2500;  // points by which planes are compared
-constexpr int kMinHeightPoints = 10;        // that tell a surface's height
+constexpr int kMinHeightPoints = 10;        // that give a surface's height
 constexpr double kMaxTrials = 200;
 constexpr int kNoiseRounds = 4;
 constexpr float kMaxNoise = 0.012F;        // m at 1 m
-constexpr float kMinRaySlope = 0.2F;       // sine: flatter rays tell little
+constexpr float kMinRaySlope = 0.2F;       // sine: flatter rays show little
 constexpr float kMedianOfNormal = 0.674F;  // median absolute value, in standard deviations
 constexpr std::size_t kMinResiduals = 200;
 constexpr double kMissProbability = 0.01;  // of a better plane

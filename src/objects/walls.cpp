@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Finds walls (RANSAC) among tall columns of points, and follows them from cloud to cloud.
+
 #include "process_visualizer/objects/walls.hpp"
 
 #include <Eigen/Eigenvalues>

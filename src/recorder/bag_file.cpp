@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Bag format 2.0 on disk: records, reserved space, names of bags, and errors of the file system.
+
 #include "process_visualizer/recorder/bag_file.hpp"
 
 #include <fcntl.h>

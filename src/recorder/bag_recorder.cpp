@@ -94,8 +94,8 @@ class BagRecorder {
   std::string copy(const Start::Request& request);
   BagFile createCopy(const Start::Request& request, std::uint64_t bytes);
   void connect();
-  Beginning beginningOf(const Start::Request& request, TopicChoice choice) const;
-  Beginning memoryOf(const Start::Request& request) const;
+  Preamble preambleOf(const Start::Request& request, TopicChoice choice) const;
+  Preamble memoryOf(const Start::Request& request) const;
   void finish(std::chrono::milliseconds under_way);
   void waitUntilWritten();
   void requireIdle() const;
@@ -171,7 +171,7 @@ BagRecorder::BagRecorder()
       copy_node, "copy_recent",
       [this](auto& request, auto& response) { return copyRecent(request, response); }));
   copy_spinner_.start();
-  // Last, because clients take it as the sign that the recorder is ready.
+  // Last, because to clients it means that the recorder is ready.
   services_.push_back(advertiseChecked<StartRecording>(
       node_, "start", [this](auto& request, auto& response) { return start(request, response); }));
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
@@ -189,7 +189,7 @@ void BagRecorder::setFileModeMask() const {
   if (node_.getParam("umask", mask))
     umask(fileModeMask(mask));
   else if (node_.hasParam("umask"))
-    throw RecordingError("~umask is no text; write it with quotation marks, such as \"0027\"");
+    throw RecordingError("~umask is not a string; write it in quotation marks, such as \"0027\"");
 }
 
 void BagRecorder::shutDown() {
@@ -226,7 +226,7 @@ bool BagRecorder::watchTopics(Start::Request& request, Start::Response& response
   });
 }
 
-/// Not locked, as it changes nothing that the commands use.
+/// Takes no lock, as it changes nothing that the commands use.
 bool BagRecorder::copyRecent(Start::Request& request, Start::Response& response) {
   return answer(response, [&] { return copy(request); });
 }
@@ -305,7 +305,7 @@ std::string BagRecorder::begin(const Start::Request& request) {
     const std::lock_guard<std::mutex> naming(naming_mutex_);
     options.path =
         pathOf(request, folder_, allowed_folders_);  // a copy may have taken the earlier one
-    intake_.begin(options, beginningOf(request, intake_.choice()));
+    intake_.begin(options, preambleOf(request, intake_.choice()));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
     throw;
@@ -316,10 +316,10 @@ std::string BagRecorder::begin(const Start::Request& request) {
 
 std::string BagRecorder::save(const Start::Request& request) {
   requireIdle();
-  const Beginning beginning = memoryOf(request);
+  const Preamble preamble = memoryOf(request);
   {
     const std::lock_guard<std::mutex> naming(naming_mutex_);
-    intake_.save(optionsOf(request, node_, folder_, allowed_folders_), beginning);
+    intake_.save(optionsOf(request, node_, folder_, allowed_folders_), preamble);
   }
   setPhase(RecorderState::STOPPING);
   waitUntilWritten();
@@ -371,18 +371,18 @@ void BagRecorder::connect() {
                          "; check that these nodes still respond, and ROS_IP and ROS_HOSTNAME");
 }
 
-Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice choice) const {
+Preamble BagRecorder::preambleOf(const Start::Request& request, TopicChoice choice) const {
   return {std::move(choice), request.recent,
           request.configuration.empty() ? configuration_ : request.configuration};
 }
 
 /// Returns the requested part of the memory; all of it if no duration is given.
-Beginning BagRecorder::memoryOf(const Start::Request& request) const {
+Preamble BagRecorder::memoryOf(const Start::Request& request) const {
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   if (!ros::Time::isValid()) throw RecordingError(kNoTime);
-  Beginning beginning = beginningOf(request, choice.isEmpty() ? intake_.choice() : choice);
-  if (beginning.recent_s <= 0) beginning.recent_s = std::numeric_limits<double>::infinity();
-  return beginning;
+  Preamble preamble = preambleOf(request, choice.isEmpty() ? intake_.choice() : choice);
+  if (preamble.recent_s <= 0) preamble.recent_s = std::numeric_limits<double>::infinity();
+  return preamble;
 }
 
 /// Ends the recording, if any.

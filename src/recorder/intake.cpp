@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Passes messages on, and composes the contents of a recording, of a copy, and of the state.
+
 #include "process_visualizer/recorder/intake.hpp"
 
 #include <algorithm>
@@ -86,17 +88,17 @@ bool Intake::take(const Message& message) {
 
 // Recordings
 
-void Intake::begin(const RecordingOptions& options, const Beginning& beginning) {
+void Intake::begin(const RecordingOptions& options, const Preamble& preamble) {
   const Lock lock(mutex_);  // no message comes between the past and the recording
-  open(options, contents(beginning, machine_.now()));
+  open(options, contents(preamble, machine_.now()));
 }
 
 /// Messages wait while the lock is held, so none in memory is later than this moment, at which the
 /// bag ends.
-void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
+void Intake::save(const RecordingOptions& options, const Preamble& preamble) {
   const Lock lock(mutex_);
   const ros::Time now = machine_.now();
-  RecordingContents saved = contents(beginning, now);
+  RecordingContents saved = contents(preamble, now);
   if (saved.recent.empty())
     throw RecordingError("nothing from that time is in memory: are the devices running?");
   const ros::Duration reach = now - saved.recent.front().time;
@@ -106,10 +108,10 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
 }
 
 /// Returns the contents of a recording that begins now; the mutex must be locked.
-RecordingContents Intake::contents(const Beginning& beginning, const ros::Time& now) {
-  Past past = chosen(recent_.last(now, beginning.recent_s), beginning.choice, now);
+RecordingContents Intake::contents(const Preamble& preamble, const ros::Time& now) {
+  Past past = chosen(recent_.last(now, preamble.recent_s), preamble.choice, now);
   RecordingContents contents;
-  contents.latched = withConfiguration(std::move(past.latched), beginning.configuration, now);
+  contents.latched = withConfiguration(std::move(past.latched), preamble.configuration, now);
   contents.recent = std::move(past.messages);
   contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
     const Lock lock(mutex_);
@@ -158,27 +160,27 @@ void Intake::open(const RecordingOptions& options, RecordingContents contents) {
   begin_ = end_ = machine_.steady();
 }
 
-std::deque<Message> Intake::copy(const Beginning& beginning) const {
+std::deque<Message> Intake::copy(const Preamble& preamble) const {
   Past all;
   ros::Time now;
   {
     const Lock lock(mutex_);  // only while pointers are copied: messages keep arriving
     now = machine_.now();
-    all = recent_.all(now, beginning.recent_s);
+    all = recent_.all(now, preamble.recent_s);
   }
-  Past past = chosen(std::move(all), beginning.choice, now);
+  Past past = chosen(std::move(all), preamble.choice, now);
   if (past.latched.isEmpty() && past.messages.empty())
     throw RecordingError(
         "nothing from these topics is in memory, and nothing is latched: are the devices running?");
   std::deque<Message> messages = std::move(past.messages);
-  messages.push_back(accountOf(messages, beginning.choice, now));
-  const auto before = withConfiguration(std::move(past.latched), beginning.configuration, now)
+  messages.push_back(accountOf(messages, preamble.choice, now));
+  const auto before = withConfiguration(std::move(past.latched), preamble.configuration, now)
                           .at(messages.front().time);
   messages.insert(messages.begin(), before.begin(), before.end());
   return messages;
 }
 
-/// The account of messages that are all received and written.
+/// The account of messages all of which were received and written.
 Message Intake::accountOf(const std::deque<Message>& messages, const TopicChoice& choice,
                           const ros::Time& now) const {
   std::map<std::string, TopicStatistics> statistics;

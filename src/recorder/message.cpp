@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Connection headers with valid UTF-8, text messages, and copies of fixed frames.
+
 #include "process_visualizer/recorder/message.hpp"
 
 #include <std_msgs/String.h>

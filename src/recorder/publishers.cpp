@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Asks the master and publishers over XML-RPC, each with a timeout; limits unread data in sockets.
+
 #include "process_visualizer/recorder/publishers.hpp"
 
 #include <ros/master.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Drops the oldest messages from memory, and keeps latched ones that a bag must begin with.
+
 #include "process_visualizer/recorder/recent_messages.hpp"
 
 #include <algorithm>

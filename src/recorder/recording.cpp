@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thread of a recording: writes, splits and flushes bags; ends on a full disk or a removed file.
+
 #include "process_visualizer/recorder/recording.hpp"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Limits for requests, allowed folders from parameters and environment, and defaults.
+
 #include "process_visualizer/recorder/recording_request.hpp"
 
 #include <algorithm>

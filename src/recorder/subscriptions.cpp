@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Subscribes, waits for connections, and resubscribes when a topic's type has changed.
+
 #include "process_visualizer/recorder/subscriptions.hpp"
 
 #include <algorithm>
@@ -58,7 +60,7 @@ void Subscriptions::choose(const std::set<std::string>& topics) {
     if (subscribers_.count(topic) == 0) subscribe(topic);
 }
 
-/// Notes connections that publishers still have for topics that are about to be subscribed.
+/// Notes connections that publishers still have for topics about to be subscribed to.
 void Subscriptions::noteOldLinks(const std::set<std::string>& topics) {
   std::set<std::string> added;
   const std::set<std::string> known = this->topics();

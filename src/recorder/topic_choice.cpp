@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Compiles and matches the patterns of topics, within limits.
+
 #include "process_visualizer/recorder/topic_choice.hpp"
 
 #include <ros/names.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thresholds for gaps and silence of topics; the account of a recording as JSON.
+
 #include "process_visualizer/recorder/topic_statistics.hpp"
 
 #include <algorithm>
@@ -11,7 +13,7 @@ namespace {
 constexpr double kGapFactor = 3.0;
 constexpr double kSilenceFactor = 10.0, kMinSilence = 1.0;  // usual intervals; s
 constexpr double kPauseFactor = 2.0;                        // longest of the last intervals
-// A log is silent when all is well, and it carries the recorder's own warnings.
+// A log is silent if there are no problems, and contains the recorder's own warnings.
 constexpr char kLogType[] = "rosgraph_msgs/Log";
 constexpr std::chrono::seconds kLate(2);  ///< between two measurements of rates, usually 1 s
 constexpr std::size_t kMinIntervals = 8;  ///< before the usual one is known
@@ -31,7 +33,7 @@ void TopicStatistics::add(const Message& message) {
 bool TopicStatistics::fellSilent(const ros::Time& now) {
   const double usual = usualInterval();
   if (is_silent_ || is_on_change_ || usual == 0) return false;
-  // What is sent on change comes in bursts, with pauses between them.
+  // Messages sent on change come in bursts, with pauses between them.
   const double pause = *std::max_element(intervals_.begin(), intervals_.end());
   is_silent_ = (now - last_time_).toSec() >
                std::max({kSilenceFactor * usual, kPauseFactor * pause, kMinSilence});

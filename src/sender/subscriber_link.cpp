@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Times at which slices of a message are written, and handling of slow or broken subscribers.
+
 #include "process_visualizer/sender/subscriber_link.hpp"
 
 #include <fcntl.h>
@@ -27,7 +29,7 @@ Packet::Packet(const char* message, std::size_t size)
 
 namespace {
 
-constexpr std::size_t kSmallBytes = 32 << 10;  // up to this size, all is written when due
+constexpr std::size_t kSmallBytes = 32 << 10;  // up to this size, written at once when due
 constexpr std::size_t kSliceBytes = 128 << 10;
 constexpr std::int64_t kSliceNs = 500'000;  // time for a subscriber to take a slice
 constexpr std::size_t kMaxSlices = 16;      // a command takes effect only after a begun message

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Thread of the sender, its schedule, and its C interface for Python.
+
 #include "process_visualizer/sender/timed_sender.hpp"
 
 #include <pthread.h>
@@ -47,8 +49,8 @@ using State = SubscriberLink::State;
 
 namespace {
 
-// Waking up costs more than sending a small message. If it would happen more often than this for
-// more than a moment, packets are sent together, at most one period late.
+// Waking up costs more than sending a small message. If the thread would wake up more often than
+// this for more than a moment, packets are sent together, at most one period late.
 constexpr std::int64_t kWakePeriodNs = 100'000;
 constexpr std::int64_t kWakeBurstNs = 10'000'000;
 
@@ -76,7 +78,7 @@ int TimedSender::addLink(int topic, int socket) {
   wakeup_->add(link->socket(), number);
   links_[number] = std::move(link);
   topics_[topic].links.push_back(number);
-  for (const Latched& it : topics_[topic].latched) give(number, it.packet, it.due_ns);
+  for (const Latched& it : topics_[topic].latched) enqueue(number, it.packet, it.due_ns);
   wakeup_->ring();
   return number;
 }
@@ -101,17 +103,17 @@ void TimedSender::send(int topic, int source, std::int64_t due_ns, PacketPtr pac
   if (closed_) return;
   const bool at_once = due_ns <= wakeup_->now();
   due_ns = last_due_ns_ = std::max(due_ns, last_due_ns_);
-  if (at_once) kept_until_ns_ = due_ns;
+  if (at_once) irrevocable_until_ns_ = due_ns;
   const Transfer transfer(packet->size(), due_ns);
   topics_[topic].scheduled.push_back({transfer, given_++, source, std::move(packet)});
   ++waiting_;
   if (topics_[topic].scheduled.size() == 1) plan(topic);
-  ringBefore(to_begin_.nextTime());
+  ringBefore(start_queue_.nextTime());
 }
 
 std::size_t TimedSender::revoke(std::int64_t after_ns) {
   const std::lock_guard lock(mutex_);
-  const std::int64_t until_ns = std::max(after_ns, kept_until_ns_);
+  const std::int64_t until_ns = std::max(after_ns, irrevocable_until_ns_);
   const std::size_t before = waiting_;
   for (std::size_t number = 0; number < topics_.size(); ++number) {
     std::deque<Scheduled>& scheduled = topics_[number].scheduled;
@@ -164,15 +166,15 @@ void TimedSender::close() {
 }
 
 void TimedSender::run() {
-  if (!takeRealTimePriority()) takeSlices(kShortSlice);
+  if (!takeRealTimePriority()) setTimeSlice(kShortSlice);
   std::unique_lock lock(mutex_);
   std::int64_t paced_ns = 0;
   while (!closed_) {
     const std::int64_t now_ns = wakeup_->now();
     paced_ns = std::clamp(paced_ns, now_ns - kWakeBurstNs, now_ns) + kWakePeriodNs;
-    while (to_begin_.nextTime() <= now_ns) beginFirst(to_begin_.nextItem());
+    while (start_queue_.nextTime() <= now_ns) beginFirst(start_queue_.nextItem());
     writeDue(now_ns);
-    const std::int64_t work_ns = std::min(to_begin_.nextTime(), to_write_.nextTime());
+    const std::int64_t work_ns = std::min(start_queue_.nextTime(), to_write_.nextTime());
     const std::int64_t next_ns = std::max(work_ns, paced_ns);
     waits_until_ns_ = next_ns;
     if (isIdle()) idle_.notify_all();
@@ -183,16 +185,16 @@ void TimedSender::run() {
   }
 }
 
-/// Gives the first packet of a topic to its links.
+/// Enqueues the first packet of a topic at its links.
 void TimedSender::beginFirst(int number) {
   Topic& topic = topics_[number];
   const Scheduled scheduled = std::move(topic.scheduled.front());
   topic.scheduled.pop_front();
   topic.begun_due_ns = scheduled.transfer.due();
-  kept_until_ns_ = std::max(kept_until_ns_, topic.begun_due_ns);
+  irrevocable_until_ns_ = std::max(irrevocable_until_ns_, topic.begun_due_ns);
   if (topic.latch) latch(topic, scheduled);
   if (scheduled.packet->hasMessage()) {
-    for (const int link : topic.links) give(link, scheduled.packet, topic.begun_due_ns);
+    for (const int link : topic.links) enqueue(link, scheduled.packet, topic.begun_due_ns);
     ++topic.sent;
   }
   --waiting_;
@@ -202,9 +204,9 @@ void TimedSender::beginFirst(int number) {
 /// Schedules a topic's first packet: not before its predecessor is due.
 void TimedSender::plan(int number) {
   const Topic& topic = topics_[number];
-  if (topic.scheduled.empty()) return to_begin_.set(number, Wakeup::kNever);
+  if (topic.scheduled.empty()) return start_queue_.set(number, Wakeup::kNever);
   const Scheduled& first = topic.scheduled.front();
-  to_begin_.set(number, std::max(first.transfer.begin(), topic.begun_due_ns), first.number);
+  start_queue_.set(number, std::max(first.transfer.begin(), topic.begun_due_ns), first.number);
 }
 
 /// Replaces the source's latched packet; a packet without a message only removes it.
@@ -216,7 +218,7 @@ void TimedSender::latch(Topic& topic, const Scheduled& scheduled) {
     latched.push_back({scheduled.source, scheduled.packet, scheduled.transfer.due()});
 }
 
-void TimedSender::give(int number, const PacketPtr& packet, std::int64_t due_ns) {
+void TimedSender::enqueue(int number, const PacketPtr& packet, std::int64_t due_ns) {
   SubscriberLink& link = *links_.at(number);
   const State before = link.state();
   link.add(packet, due_ns);
@@ -278,7 +280,7 @@ using process_visualizer::sender::TimedSender;
 extern "C" {
 
 void timed_sender_take_long_slices() {
-  process_visualizer::takeSlices(process_visualizer::kLongSlice);
+  process_visualizer::setTimeSlice(process_visualizer::kLongSlice);
 }
 
 /// Returns null if the system has no more descriptors or threads.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Waits with epoll, a timer and an event descriptor.
+
 #include "process_visualizer/sender/wakeup.hpp"
 
 #include <sys/epoll.h>

@@ -173,14 +173,14 @@ class Sequence : public SimulatedIntake {
     std::map<std::string, unsigned> expected;
     for (const auto& [topic, time] : kept_)
       if (now() - time <= recent_s) ++expected[topic];
-    const Beginning beginning{chosen(), recent_s, ""};
+    const Preamble preamble{chosen(), recent_s, ""};
     if (expected.empty()) {
-      EXPECT_THROW(intake_.copy(beginning), RecordingError);
+      EXPECT_THROW(intake_.copy(preamble), RecordingError);
       return;
     }
     expected[kAccount] = 1;
     std::map<std::string, unsigned> found;
-    for (const Message& message : intake_.copy(beginning)) ++found[message.topic()];
+    for (const Message& message : intake_.copy(preamble)) ++found[message.topic()];
     EXPECT_EQ(found, expected);
   }
 
@@ -202,7 +202,7 @@ class Sequence : public SimulatedIntake {
     for (const auto& [topic, time] : memory_)
       if (recent_s > 0 && now() - time <= recent_s)
         ++past[topic], ++count, oldest = std::min(oldest, time);
-    const Beginning beginning{chosen(), recent_s, ""};
+    const Preamble preamble{chosen(), recent_s, ""};
     const bool is_begun = random() % 2 == 0;
     if (!is_begun && count == 0) {
       EXPECT_THROW(save(recent_s), RecordingError);
@@ -213,10 +213,10 @@ class Sequence : public SimulatedIntake {
     memory_.clear();
     begin_ = end_ = now();
     if (is_begun) {
-      intake_.begin(options(), beginning);
+      intake_.begin(options(), preamble);
       is_open_ = true;
     } else {
-      intake_.save(options(), beginning);
+      intake_.save(options(), preamble);
       begin_ = oldest;
       waitUntilWritten();
     }
@@ -529,7 +529,7 @@ TEST_F(Intakes, AreCopiedWhileMessagesArriveAndAreRecorded) {
   intake.choose(chosen());
   const ConnectionPtr a = connectionOf("/a");
   const auto receive = [&](unsigned i) { intake.receive(messageAt(1 + i, a, kBytes)); };
-  const Beginning all{chosen(), kAll, ""};
+  const Preamble all{chosen(), kAll, ""};
   receive(0);
   std::atomic<bool> has_ended = false;
   std::thread sender([&] {
@@ -561,7 +561,7 @@ TEST_F(Intakes, AreCopiedLikeARecording) {
   Intake intake(
       "/recorder", memory(), [] {}, machine.machine());
   intake.choose(TopicChoice({"/a", "/b", "/c"}, {}, {}));
-  const Beginning all{TopicChoice({}, {"/.*"}, {"/c"}), kAll, "<cell/>"};
+  const Preamble all{TopicChoice({}, {"/.*"}, {"/c"}), kAll, "<cell/>"};
   try {
     intake.copy(all);
     FAIL() << "a configuration alone is something";

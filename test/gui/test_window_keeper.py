@@ -18,6 +18,7 @@ from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.app.window_places import MIN_TIMELINE_PX
 from process_visualizer.gui.cell.launch_model import LaunchPhase
+from process_visualizer.gui.live.replay_model import ReplayPhase
 from process_visualizer.launching.part_report import NodeReport, NodeState, PartReport, PartState
 
 
@@ -81,6 +82,11 @@ def test_where_rviz_was_stands_a_button_that_restarts_it(desk: Desk, qtbot: Any)
     run_rviz(desk, PartState.STOPPED, NodeReport('/rviz', NodeState.EXITED, 0))
     assert place.isVisible() and place.geometry().size() == desk.rviz.size()
     assert place.findChild(QLabel, 'rviz_place_text').text() == 'RViz was closed.'
+    replay = desk.launcher.replay
+    for phase in (ReplayPhase.SHOWN, ReplayPhase.LIVE):  # another RViz covers the place meanwhile
+        replay._phase = phase
+        replay.changed.emit()
+        assert place.isVisible() is (phase is ReplayPhase.LIVE)
     assert not desk.launcher.view.is_rviz_alive
     wanted: List[None] = []
     place.restart_wanted.connect(lambda: wanted.append(None))

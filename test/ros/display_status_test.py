@@ -66,7 +66,7 @@ class DisplayStatusTest(unittest.TestCase):
 
     def test_display_without_subscription(self) -> None:
         deaf = self.displays['Deaf']
-        self.assertIn('No messages received: RViz has not subscribed /nobody', deaf.message)
+        self.assertIn('No messages received: RViz has not subscribed to /nobody', deaf.message)
         self.assertGreaterEqual(deaf.level, DiagnosticStatus.WARN)
 
     def test_a_covered_window_draws_few_pictures(self) -> None:

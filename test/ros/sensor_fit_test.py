@@ -80,7 +80,7 @@ class SensorFitTest(unittest.TestCase):
         assert base is not None
         other = replace(self.stage.sensor, base=BaseFrame('sewing_machine/base', base.pose,
                                                           base.location))
-        self.assertIn('does not hang on sewing_machine/base', self.refusal(other))
+        self.assertIn('is not attached to sewing_machine/base', self.refusal(other))
 
     def test_a_sensor_without_a_cloud(self) -> None:
         silent = replace(self.stage.sensor, name='silent', topics=())

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// The box (region of interest) of all filters: the test for lying inside, corners and outline.
+
 #include <visualization_msgs/Marker.h>
 
 #include <Eigen/Geometry>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Byte layout of PointCloud2 messages: checks, coordinates and colors of a point, new clouds.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Clouds of several sensors: when they are joined, and which sensors are left out as silent.
+
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -20,7 +22,7 @@ class DataClock {
   /// \param speed   seconds of the recording in a second; 0 while paused, below 0 backwards
   void follow(double wall_s, double speed);
 
-  /// \return the clock's time at a wall time, s
+  /// Returns the clock's time at a wall time, s.
   double at(double wall_s) const;
 
  private:
@@ -34,7 +36,7 @@ struct PlacedCloud {
 };
 
 /// The newest clouds of several sensors. They are joined as soon as each sensor that is not silent
-/// has sent a new one, so at the rate of the slowest.
+/// has sent a new one, that is, at the rate of the slowest.
 ///
 /// Times are those of a `DataClock`, s. Not thread-safe.
 class FusedClouds {

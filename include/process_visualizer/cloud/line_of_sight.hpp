@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// The view from a sensor's position: neighboring points, and the visible part of a surface.
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Camera model: the viewing ray of each pixel, from the camera info, and the pixels that see a box.
+
 #include <sensor_msgs/CameraInfo.h>
 
 #include <Eigen/Core>

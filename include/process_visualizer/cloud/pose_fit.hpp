@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Pose of a sensor: fits its cloud to a model (ICP), and refuses fits that are not constrained.
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
@@ -14,17 +16,17 @@
 
 namespace process_visualizer::cloud {
 
-/// Measure of how well points on surfaces constrain the pose of a body, in the least constrained
+/// Degree to which points on surfaces constrain the pose of a body, in the least constrained
 /// direction.
 ///
 /// It is taken from the information matrix of the distances from planes, divided by the number of
 /// points. An eigenvalue is the mean share of a small motion that is across the surfaces (0: none).
 /// Rotations are about the center of the points, measured by how far they move a typical point, so
 /// that rotations and shifts are comparable.
-class Determination {
+class PoseObservability {
  public:
   /// \param points  with normals; at least one
-  explicit Determination(const SurfaceCloud& points);
+  explicit PoseObservability(const SurfaceCloud& points);
 
   double weakest() const { return weakest_; }  ///< the smallest eigenvalue
 
@@ -48,7 +50,7 @@ struct PoseFit {
   double before_m;               ///< distance of the cloud from the surfaces, RMS, uncorrected
   double residual_m;             ///< the same, corrected
   std::size_t points;            ///< of the thinned cloud that lie on the model
-  double determination;          ///< of the least constrained direction, from 0 to 1
+  double observability;          ///< of the least constrained direction, from 0 to 1
 };
 
 /// Finds the motion that puts a cloud onto a model: point-to-plane ICP with decreasing distances,
@@ -58,8 +60,8 @@ struct PoseFit {
 /// \param sensor  position of the sensor, in the same frame
 /// \param model   points with normals on all surfaces (`addPoints`), visible or not
 /// \param spacing_m  of the model's points
-/// \throws FitRefused if too little of the model is in the cloud, the cloud cannot be made to lie
-///         on it, or a direction remains unconstrained
+/// \throws FitRefused if too little of the model is in the cloud, the cloud cannot be fitted to it,
+///         or a direction remains unconstrained
 PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector3f& sensor,
                 const SurfaceCloud& model, double spacing_m);
 

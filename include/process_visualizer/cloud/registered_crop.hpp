@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Colored points in a box, directly from registered depth and color images.
+
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -18,8 +20,8 @@ namespace process_visualizer::cloud {
 /// Computes the part of a colored cloud that lies in a box, in one pass over registered images.
 ///
 /// The points equal those of depth_image_proc/point_cloud_xyzrgb followed by `cropToBox`, to the
-/// last bit, if there is no distortion and the images have the same size. The full cloud (9.8 MB of
-/// a Kinect), the main cost of that way, is never created.
+/// last bit, if there is no distortion and the images have the same size. The full cloud (9.8 MB
+/// for a Kinect), the main cost of that method, is never created.
 class RegisteredCrop {
  public:
   /// \param lens  of the images, depth and color

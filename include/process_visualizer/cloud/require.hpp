@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Argument check: throws std::invalid_argument with the problem unless a condition holds.
+
 #include <stdexcept>
 #include <string>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Crops a cloud of any layout to a box; all fields of the remaining points stay as they are.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Triangle surfaces of models: basic shapes, meshes, nearest points, and points sampled on them.
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Transform of data at its stamp: maximum wait for it, and use of the newest one instead.
+
 #include <ros/time.h>
 #include <std_msgs/Header.h>
 #include <tf2_eigen/tf2_eigen.h>
@@ -18,7 +20,7 @@ namespace process_visualizer::cloud {
 /// move with a robot whose pose arrives a little later, so this waits. If the stamp is more than a
 /// second from now, as in a recording played by another tool, it is the newest transform.
 /// \param frame  target frame; empty: the frame of the data
-/// \throws tf2::TransformException there is none
+/// \throws tf2::TransformException if there is none
 inline Eigen::Isometry3d transformInto(const std::string& frame, const std_msgs::Header& header,
                                        const tf2_ros::Buffer& buffer) {
   constexpr double kWait = 0.1;  // maximum wait for the pose of a moving frame, s

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Thins clouds: one point with mean position and color for each cube of a grid fixed to the origin.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>
@@ -12,7 +14,7 @@ namespace process_visualizer::cloud {
 
 /// Thins colored clouds: replaces all points in a cube of a grid by their mean position and color.
 ///
-/// The grid is fixed to the origin, so that resting objects do not flicker. Like pcl::VoxelGrid,
+/// The grid is fixed to the origin, so that objects at rest do not flicker. Like pcl::VoxelGrid,
 /// but for several clouds at once without joining them first, and without its limit of 2^31 cubes
 /// in a cloud's bounding box (docs/benchmarks.md compares the two).
 class VoxelGrid {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Services that check the lengths claimed by a request before its bytes are deserialized.
+
 #include <ros/advertise_service_options.h>
 #include <ros/message_traits.h>
 #include <ros/ros.h>

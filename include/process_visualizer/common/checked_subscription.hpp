@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Subscriptions that check the lengths claimed by a message before its bytes are deserialized.
+
 #include <ros/message_traits.h>
 #include <ros/ros.h>
 #include <ros/subscribe_options.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Problem with a topic's messages: how long it lasts, and its status on /diagnostics.
+
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <chrono>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Removes the leading slash of frame names, which tf2 rejects.
+
 #include <string>
 
 namespace process_visualizer {

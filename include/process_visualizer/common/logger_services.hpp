@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Replacement of roscpp's logger services, which can crash a process or fill its memory.
+
 namespace process_visualizer {
 
 /// Replaces roscpp's own services ~get_loggers and ~set_logger_level in this process.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Serialized messages: reads their bytes, and checks the lengths that they claim before allocation.
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -58,7 +60,7 @@ class WireReader {
   std::size_t count(std::size_t min_bytes) {
     const std::size_t claimed = number<std::uint32_t>();
     if (claimed > left_ / min_bytes)
-      throw std::invalid_argument("it claims " + std::to_string(claimed) + " elements, and only " +
+      throw std::invalid_argument("it claims " + std::to_string(claimed) + " elements, but only " +
                                   std::to_string(left_) + " bytes follow");
     return claimed;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Messages of any type as undecoded bytes, and the subscription that receives them.
+
 #include <ros/message_event.h>
 #include <ros/message_traits.h>
 #include <ros/node_handle.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Names of topics, frames and loggers from other programs: which ones are accepted.
+
 #include <algorithm>
 #include <cctype>
 #include <cstddef>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Visits the elements of untrusted XML; refuses deep nesting and DOCTYPE before a parser sees them.
+
 #include <cstddef>
 #include <functional>
 #include <string>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Joint positions of a robot: which are passed on when, which nodes contradict each other, and
+// jumps or stops of ROS time.
+
 #include <chrono>
 #include <cstddef>
 #include <map>
@@ -15,7 +18,7 @@ namespace process_visualizer::joints {
 /// The newest position of each joint of a robot, from any number of messages and nodes, and the
 /// selection of what is passed on.
 ///
-/// Many drivers send each group of joints (left arm, right arm, torso) in a message of its own. So
+/// Many drivers send each group of joints (left arm, right arm, torso) in a separate message. So
 /// each joint is thinned separately: a group that was just passed on does not delay the next one.
 class JointBoard {
  public:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Joint positions in a driver's message: decoding, matching to a robot's joints, unusable values.
+
 #include <cstdint>
 #include <map>
 #include <stdexcept>
@@ -26,7 +28,7 @@ struct StampedJoints {
 };
 
 /// Returns the joints in the bytes of a driver's message.
-/// \throws std::invalid_argument the type carries no joints, or the bytes are not of that type
+/// \throws std::invalid_argument if the type has no joints, or the bytes are not of that type
 StampedJoints decodeJoints(const std::string& type, const std::vector<std::uint8_t>& bytes);
 
 /// Error: a message has only joints of other robots, or no positions at all.
@@ -41,7 +43,7 @@ class JointMatching {
   /// \param joint_names the robot's joints, in the order of a message without names
   /// \param offsets [rad or m], by joint; added to the measured positions
   /// \param prefix with 'left_', the driver's name 'left_elbow' also denotes the joint 'elbow'
-  /// \throws std::invalid_argument an offset belongs to no joint
+  /// \throws std::invalid_argument if an offset belongs to no joint
   JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
                 const std::map<std::string, double>& offsets = {}, const std::string& prefix = "");
 
@@ -53,8 +55,8 @@ class JointMatching {
   /// A joint whose position is NaN or beyond kMaxPosition is left out and named in `unusable`, as
   /// in the message, even if it is of another robot.
   ///
-  /// \throws ForeignJoints none of them is a joint of the robot, or it has no positions
-  /// \throws std::invalid_argument the positions do not fit the joints; the text says why
+  /// \throws ForeignJoints if none of them is a joint of the robot, or it has no positions
+  /// \throws std::invalid_argument if the positions do not match the joints; the text says why
   JointPositions match(const JointPositions& measured) const;
 
  private:
@@ -75,7 +77,7 @@ std::string aboutUnusable(const std::vector<std::string>& joints);
 
 /// Returns the names of the joints of a URDF that are measured, in the file's order: those that
 /// move and do not mimic another one.
-/// \throws std::invalid_argument the text is not XML
+/// \throws std::invalid_argument if the text is not XML
 std::vector<std::string> movableJoints(const std::string& urdf);
 
 }  // namespace process_visualizer::joints

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Untrusted mesh files: which ones are safe to parse, and reading them with assimp.
+
 #include <assimp/scene.h>
 
 #include <assimp/Importer.hpp>
@@ -17,8 +19,8 @@ using Bytes = std::vector<std::uint8_t>;
 ///   or a device (reading would never end), if it is too large for a mesh, or if it cannot be read
 Bytes contentOf(const std::string& path);
 
-/// Checks that a mesh can be given to a parser: it must be STL, OBJ, or Collada with a scene of a
-/// tolerable size. A few kB can instantiate a node again and again within others.
+/// Checks that a mesh is safe to parse: it must be STL, OBJ, or Collada with a scene of acceptable
+/// size. A few kB can instantiate a node again and again within others.
 /// \param name  with the extension of its format
 /// \throws std::invalid_argument that names the mesh and says why not
 void checkMesh(const Bytes& content, const std::string& name);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Optimal assignment of rows to columns at the lowest total cost, such as detections to tracks.
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Clusters of nearby points, and upright boxes around them.
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>

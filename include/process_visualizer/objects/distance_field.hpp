@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Distance of a place from a modeled body: a signed grid near its surface, samples farther away.
+
 #include <Eigen/Geometry>
 #include <memory>
 #include <vector>

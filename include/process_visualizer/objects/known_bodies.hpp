@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Bodies with a model (robots and others): points that belong to them, lines of sight through them,
+// distances of objects from robots.
+
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
@@ -43,7 +46,7 @@ struct KnownBody {
   std::optional<SurfaceSamples> samples;  ///< of robots only
 };
 
-/// The bodies in their poses at one time. A coarse grid tells which ones may be near a place, so
+/// The bodies in their poses at one time. A coarse grid lists those that may be near a place, so
 /// that most places need a single lookup.
 class PosedBodies {
  public:

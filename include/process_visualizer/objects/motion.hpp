@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Motion of an object, fitted to its latest observations: velocity, and prediction of its place.
+
 #include <Eigen/Core>
 #include <deque>
 
@@ -16,7 +18,7 @@ class Motion {
   void add(double stamp, const Eigen::Vector3f& place, float yaw);
 
   /// Displacement since the last observation, m. An object slower than 3 cm/s counts as standing,
-  /// because noise alone may look as fast.
+  /// because noise alone can look as fast.
   Eigen::Vector3f displacementAt(double stamp) const;
 
   /// Returns whether the object has been observed for long enough to estimate its motion.
@@ -29,7 +31,7 @@ class Motion {
   float rotationAt(double stamp) const;
 
   static constexpr double kWindow = 0.6;    ///< s
-  static constexpr double kMaxCoast = 1.0;  ///< s: afterwards the prediction stands still
+  static constexpr double kMaxCoast = 1.0;  ///< s: after that, the prediction no longer moves
 
  private:
   struct Observation {

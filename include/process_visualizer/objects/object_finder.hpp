@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Objects in a single cloud: labels its points, and divides the free ones into measured objects.
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -46,7 +48,7 @@ struct Scene {
 struct Rim {
   Eigen::Vector3f place;
   Eigen::Vector3f outwards;  ///< unit vector, away from the object
-  bool is_truncated;         ///< the object may go on there, behind something or out of view
+  bool is_truncated;         ///< the object may extend further there, hidden or out of view
 };
 
 /// A detection of something that has no model, in the global frame.

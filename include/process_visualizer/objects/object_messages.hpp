@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Detected objects as messages and markers; the distances for a warning and for a stop.
+
 #include <process_visualizer/DetectedObjects.h>
 #include <visualization_msgs/MarkerArray.h>
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Numbers of detected objects from cloud to cloud: which detection continues which track, and when
+// a hidden one is forgotten.
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
@@ -44,7 +47,7 @@ class ObjectTracks {
   /// Returns whether a place is hidden from the sensor.
   using IsHidden = std::function<bool(const UprightBox&)>;
 
-  /// Returns the distance between the places and the robots, as they were when the cloud was taken.
+  /// Returns the distance between the places and the robots at the time of the cloud.
   using DistanceOf = std::function<std::optional<RobotDistance>(const Cluster&)>;
 
   /// The objects that have a number, at their predicted places.
@@ -52,8 +55,8 @@ class ObjectTracks {
   std::vector<PredictedObject> predictedAt(double stamp) const;
 
   /// \param stamp  of the cloud, s
-  /// \param distance_of  for objects of which less is visible than before; a robot goes on moving
-  ///                     while it hides one
+  /// \param distance_of  for objects of which less is visible than before; a robot keeps moving
+  ///                     while it occludes one
   /// \return all objects that have a number, in order of number
   std::vector<TrackedObject> update(
       double stamp, const std::vector<FoundObject>& found,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Sizes by which an object may be a person, and how far a limb may be from the rest of one.
+
 #include <Eigen/Core>
 
 namespace process_visualizer::objects {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Stamps of clouds during playback: which are from before a jump, restored, or still awaited.
+
 #include <process_visualizer/PlayerState.h>
 #include <ros/time.h>
 
@@ -12,10 +14,9 @@
 
 namespace process_visualizer::objects {
 
-/// Tells from the states of the player how the stamps of clouds relate to the recording that is
-/// played.
+/// Relation of the stamps of clouds to the recording that is played, by the player's states.
 ///
-/// After a jump, the stamps go on without a gap: a pose interpolated between one before and one
+/// After a jump, the stamps continue without a gap: a pose interpolated between one before and one
 /// after it is where the frame never was. Messages that are restored, after a jump and while
 /// paused, have present stamps, though they were measured before the position at which the robots
 /// stand.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// The cloud as an image: stray points, silhouettes of groups, their occluders, and hidden boxes.
+
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Core>
@@ -57,7 +59,7 @@ struct Bridge {
 struct RimPoint {
   std::uint32_t point;       ///< of the group
   Eigen::Vector3f outwards;  ///< unit vector, away from the group
-  bool is_truncated;  ///< the group may go on: behind something, beyond the image or the region
+  bool is_truncated;  ///< the group may extend further: hidden, or beyond the image or region
 };
 
 /// Occlusions of groups of points, as the sensor sees them.
@@ -67,7 +69,7 @@ struct Occlusions {
 };
 
 /// Searches rows and columns of the cloud's image. A robot also hides what is close around it, as
-/// points within its padding are taken for its own.
+/// points within its padding are attributed to it.
 /// \param groups  indices of points in the cloud
 Occlusions occlusionsOf(const Points& points, const std::vector<Label>& labels,
                         const std::vector<Indices>& groups);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Gaps in the poses of moving frames, over which tf2 must not interpolate.
+
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Level surfaces that support objects (floor, tables): where they are and end; noise of the sensor.
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>

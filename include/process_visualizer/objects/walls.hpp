@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Walls: upright planes much wider than a person, and the points that lie on them.
+
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>

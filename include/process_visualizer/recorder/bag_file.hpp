@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Writes one bag file: its name, chunks, index and disk space, and the rescue of a removed file.
+
 #include <cstdint>
 #include <map>
 #include <set>
@@ -29,8 +31,8 @@ std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes);
 
 enum class Compression { kNone, kLz4 };
 
-/// Cost of a power cut right after a bag is finished. To cost nothing, finishing waits for the
-/// disk.
+/// Loss by a power cut right after a bag is finished. If it must cost nothing, `finish` waits for
+/// the disk.
 enum class PowerCut { kCostsNothing, kMayCostAll };
 
 /// A bag of format 2.0 while it is being written. It is named PATH.active until it is finished.

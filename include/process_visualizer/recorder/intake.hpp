@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Every arriving message's way into the memory and the recording; begins, saves and ends
+// recordings, and holds the recorder's state.
+
 #include <process_visualizer/RecorderState.h>
 #include <ros/time.h>
 
@@ -23,8 +26,8 @@
 
 namespace process_visualizer::recorder {
 
-/// Beginning of a recording: the last seconds of some topics, and their latched messages.
-struct Beginning {
+/// Preamble of a recording: the last seconds of some topics, and their latched messages.
+struct Preamble {
   TopicChoice choice;
   double recent_s = 0;        ///< 0: only latched messages
   std::string configuration;  ///< of the cell; may be empty
@@ -53,14 +56,14 @@ class Intake {
   bool mark(const ros::Time& time, const std::string& label);
 
   /// Begins a recording. \throws RecordingError
-  void begin(const RecordingOptions& options, const Beginning& beginning);
+  void begin(const RecordingOptions& options, const Preamble& preamble);
   /// Begins a recording of the memory and closes it at the same moment, so later messages are not
   /// in it. \throws RecordingError, also if there is nothing in memory
-  void save(const RecordingOptions& options, const Beginning& beginning);
+  void save(const RecordingOptions& options, const Preamble& preamble);
   /// Returns all messages for a bag of the memory, including those that a recording has, with the
-  /// latched messages from before and an account. Changes nothing, and may be called at any time.
+  /// latched messages from before and a summary. Changes nothing, and may be called at any time.
   /// \throws RecordingError if there is nothing
-  std::deque<Message> copy(const Beginning& beginning) const;
+  std::deque<Message> copy(const Preamble& preamble) const;
   void close();  ///< ends the recording: later messages are not in it
   /// Waits until all messages of the closed recording are written.
   /// \returns why some could not be written; empty if all were
@@ -90,7 +93,7 @@ class Intake {
                     const ros::Time& now) const;
   void open(const RecordingOptions& options, RecordingContents contents);
   void end(const ros::Time& now);
-  RecordingContents contents(const Beginning& beginning, const ros::Time& now);
+  RecordingContents contents(const Preamble& preamble, const ros::Time& now);
   void fillTopics(RecorderState& state) const;
   void fillRecording(RecorderState& state) const;
 
@@ -98,7 +101,7 @@ class Intake {
   const std::function<void()> on_end_;
   const Machine machine_;
 
-  mutable std::mutex mutex_;  ///< for what follows
+  mutable std::mutex mutex_;  ///< guards the members below
   std::uint8_t phase_ = RecorderState::IDLE;
   Problems problems_;
   TopicChoice choice_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Clocks and disk of the recorder's computer, replaceable in tests; finds jumps of the clock.
+
 #include <ros/time.h>
 
 #include <chrono>
@@ -34,7 +36,7 @@ struct ClockJump {
 
 /// Finds jumps of the clock by comparing it with one that never jumps.
 ///
-/// A simulated clock (/clock) may stand still or run faster than real time, but not go back, nor
+/// A simulated clock (/clock) may pause or run faster than real time, but neither go back nor
 /// advance faster than any simulation can.
 class ClockWatch {
  public:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Messages and connections as stored in bags; the recorder's own topics, and fixed frames.
+
 #include <ros/time.h>
 
 #include <boost/shared_ptr.hpp>

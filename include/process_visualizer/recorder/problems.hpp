@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Errors of the recorder, and the list of its latest problems for its state.
+
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Publishers according to the master: which are alive, and which are connected to this node.
+
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <map>
@@ -42,7 +44,7 @@ std::optional<Publishers> publishersAtMaster();
 using LinksOfNodes = std::map<std::string, Links>;
 
 /// Asks every publisher of the topics for its connections to this node.
-/// \param timeout_s how long to wait for the answers
+/// \param timeout_s maximum wait for the answers
 LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>& topics,
                        double timeout_s);
 
@@ -50,11 +52,11 @@ LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>
 ///
 /// A publisher with a subscriber on its list sends it every message from then on; the subscriber's
 /// own side of the connection does not show that. A publisher whose address refuses connections is
-/// dead, even if the master still lists it. One that answers something else counts as connected as
-/// soon as this node has its side of the connection.
+/// dead, even if the master still lists it. One with any other answer counts as connected as soon
+/// as this node has its side of the connection.
 /// \param old connections that do not count: some publishers keep connections that this node has
 ///   closed
-/// \param timeout_s how long to wait for the answers
+/// \param timeout_s maximum wait for the answers
 /// \returns the living publishers that do not send to this node yet, as "TOPIC (NODE)"
 std::vector<std::string> unconnectedPublishers(const Publishers& publishers,
                                                const std::set<std::string>& topics,
@@ -70,7 +72,7 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
 ///
 /// roscpp reads one connection until it is empty before it reads the next one. On a busy computer
 /// images arrive faster than they are read, and joint states would wait for many seconds. With the
-/// limit, a part of an image is read, then all others; images are dropped at their driver.
+/// limit, roscpp reads a part of an image, then all other connections; the driver drops images.
 void limitUnread();
 
 }  // namespace process_visualizer::recorder

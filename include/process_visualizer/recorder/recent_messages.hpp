@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Memory of the last seconds: limits in time and bytes, latched messages, answers to queries.
+
 #include <process_visualizer/ReadRecent.h>
 
 #include <cstdint>
@@ -118,7 +120,7 @@ class RecentAnswers {
   void describe(std::uint32_t known, ReadRecent::Response& response) const;
 
   const std::function<NumberedMessages(const MessageQuery&)> read_;
-  std::mutex mutex_;  ///< for what follows
+  std::mutex mutex_;  ///< guards the members below
   std::map<ConnectionPtr, std::uint32_t> numbers_;
   std::vector<ConnectionPtr> connections_;  ///< by number
 };

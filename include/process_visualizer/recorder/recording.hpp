@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// One recording: the queue, the thread that writes it into bags, splitting, and limits of the disk.
+
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -101,7 +103,7 @@ class Recording {
   std::optional<Message> current_;  ///< no longer in the queue, and not yet in the bag
   std::map<std::string, std::uint64_t> unwritten_;
 
-  mutable std::mutex mutex_;  ///< for what follows
+  mutable std::mutex mutex_;  ///< guards the members below
   std::condition_variable changed_;
   std::deque<Message> queue_;
   std::uint64_t queued_bytes_ = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Checks of a client's request to record: allowed folders, splitting, options and path of the bag.
+
 #include <process_visualizer/StartRecording.h>
 #include <ros/node_handle.h>
 #include <sys/types.h>
@@ -13,7 +15,7 @@
 
 namespace process_visualizer::recorder {
 
-/// The folders in which clients in the network may let the recorder write.
+/// The folders in which clients on the network may let the recorder write.
 class AllowedFolders {
  public:
   explicit AllowedFolders(std::vector<std::string> folders) : folders_(std::move(folders)) {}
@@ -25,8 +27,8 @@ class AllowedFolders {
   std::vector<std::string> folders_;
 };
 
-/// Throws RecordingError if a recording cannot be split like this: at sizes or times that would
-/// give a file to every message, or that are not numbers. 0: never split.
+/// Throws RecordingError for invalid limits of splitting: so small that every message would get a
+/// file of its own, or not numbers. 0: never split.
 void checkSplit(std::uint64_t bytes, double duration_s);
 
 /// Throws RecordingError if this is not a valid duration [s] of the memory.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Choice of the recorded topics: names, patterns, exclusions, and the maximum number.
+
 #include <cstddef>
 #include <regex>
 #include <set>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Statistics of recorded topics: rates, lost messages, gaps, and when a topic has fallen silent.
+
 #include <process_visualizer/TopicRecord.h>
 
 #include <array>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Interruptible periodic wait, shared by worker threads.
+
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 
 namespace process_visualizer::recorder {
 
-/// Paces threads that repeat something, until all have to end.
+/// Wait of threads that repeat something: `wake` ends it early, and `end` for good.
 class Turns {
  public:
   /// Waits for a period, or until `wake`; returns false at the end.

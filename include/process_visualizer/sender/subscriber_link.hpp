@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Connection to one subscriber: slices of large messages, and messages that a full queue drops.
+
 #include <sys/uio.h>
 
 #include <array>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Sends messages to subscribers at given times: their order, latching, and revocation.
+
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -77,7 +79,7 @@ class TimedSender {
   bool waitUntilSent(double timeout_s);
   /// Waits until a subscriber is gone and returns its number; -1 after `close`.
   int waitForBroken();
-  /// Ends the thread; what is still queued is not sent.
+  /// Ends the thread; packets still in the queue are not sent.
   void close();
 
  private:
@@ -106,7 +108,7 @@ class TimedSender {
   void beginFirst(int number);
   void plan(int number);
   static void latch(Topic& topic, const Scheduled& scheduled);
-  void give(int number, const PacketPtr& packet, std::int64_t due_ns);
+  void enqueue(int number, const PacketPtr& packet, std::int64_t due_ns);
   void writeDue(std::int64_t now_ns);
   void update(int number, SubscriberLink::State before);
   void handle(const std::vector<Wakeup::Event>& events);
@@ -120,12 +122,12 @@ class TimedSender {
   bool closed_ = false;
   std::int64_t waits_until_ns_ = Wakeup::kNever;
   std::vector<Topic> topics_;
-  Agenda to_begin_;                 ///< topics, by when their first packet may be begun
-  Agenda to_write_;                 ///< links, by when their next part may be written
-  std::size_t waiting_ = 0;         ///< packets that have not been begun
-  std::uint64_t given_ = 0;         ///< packets
-  std::int64_t last_due_ns_ = 0;    ///< due time of the packet that was given last
-  std::int64_t kept_until_ns_ = 0;  ///< packets due until then are not withdrawn
+  Agenda start_queue_;       ///< topics, by the time from which their first packet may be begun
+  Agenda to_write_;          ///< links, by the time from which their next part may be written
+  std::size_t waiting_ = 0;  ///< packets that have not been begun
+  std::uint64_t given_ = 0;  ///< packets
+  std::int64_t last_due_ns_ = 0;           ///< due time of the packet that was given last
+  std::int64_t irrevocable_until_ns_ = 0;  ///< packets due until then are not withdrawn
   std::unordered_map<int, std::unique_ptr<SubscriberLink>> links_;
   std::deque<int> broken_;
   int busy_ = 0;  ///< links that have something to send

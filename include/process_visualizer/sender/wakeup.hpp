@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// Waits of the sender's thread: until a time, a socket's event, or a call from another thread.
+
 #include <cstdint>
 #include <vector>
 
@@ -32,8 +34,8 @@ class Wakeup {
   void watchWritable(int socket, int number, bool watch);
   void remove(int socket);
 
-  /// Ends the current wait, or the next one. Any thread may call this; all else is for the waiting
-  /// thread or for one that holds its lock.
+  /// Ends the current wait, or the next one. Any thread may call this; the other functions are for
+  /// the waiting thread, or for one that holds its lock.
   virtual void ring();
   /// Waits until a time [ns]; returns the events of sockets.
   virtual std::vector<Event> waitUntil(std::int64_t time_ns);

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Locators of the numbers of a process variable in the messages of a recording."""
+"""Where in each type of message the values of a curve are stored, and when they were measured."""
 from __future__ import annotations
 
 import math
 from typing import (
-    Any,
     Callable,
     Dict,
-    Iterable,
-    Iterator,
     List,
     NamedTuple,
     Optional,
@@ -18,8 +15,6 @@ from typing import (
 )
 
 import numpy as np
-import yaml
-from rosgraph.names import ns_join
 
 from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.bag_index import BagIndex
@@ -33,8 +28,8 @@ from process_visualizer.bagio.number_places import (
     transforms_in,
 )
 from process_visualizer.bagio.recording import Recording
-from process_visualizer.cell.model import Device, RoslaunchElement, TopicFunction
-from process_visualizer.cell.values import plain_yaml
+from process_visualizer.cell.model import Device, TopicFunction
+from process_visualizer.cell.rosparams import given_parameters
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, tool_from_joints
 from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.parameters.robot_parameters import JOINT_OFFSETS, usable_offsets
@@ -60,63 +55,6 @@ from process_visualizer.ros_names import (
     TF_MESSAGE,
     WRENCH_STAMPED,
 )
-
-_Named = Iterator[Tuple[str, Any]]
-
-
-def given_parameters(device: Device, group: str) -> Dict[str, Any]:
-    """Return the values that <param> and <rosparam> set below a group of a device, by name."""
-    begin = ns_join(f'/{device.name}', group) + '/'
-    return {name[len(begin):]: value
-            for name, value in set_values(device.parameters, f'/{device.name}').items()
-            if name.startswith(begin)}
-
-
-def set_values(elements: Iterable[RoslaunchElement], namespace: str = '/') -> Dict[str, Any]:
-    """Return the values that <param> and <rosparam> set in a namespace, by full name.
-
-    Of values stored elsewhere (files, commands), only YAML files are read. Values that roslaunch
-    would refuse are skipped: the cell would not run with them, but its recording can be viewed.
-    """
-    return dict(it for element in elements if element.tag in ('param', 'rosparam')
-                for it in _set_by(element, namespace))
-
-
-def _set_by(element: RoslaunchElement, namespace: str) -> _Named:
-    given = element.attributes
-    if element.tag == 'param':
-        return _values(ns_join(namespace, given['name']), _loaded(given.get('value', '')))
-    if given.get('command', 'load') != 'load':
-        return iter(())
-    place = ns_join(ns_join(namespace, given.get('ns', '')), given.get('param', ''))
-    return _values(place, _loaded(_text(element)))
-
-
-def _text(element: RoslaunchElement) -> str:
-    if 'file' not in element.attributes:
-        return element.text
-    try:
-        with open(element.attributes['file'], encoding='utf-8') as file:
-            return file.read()
-    except (OSError, UnicodeDecodeError):
-        return ''
-
-
-def _loaded(text: str) -> Any:
-    try:
-        return plain_yaml(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
-        return None
-
-
-def _values(name: str, value: Any) -> _Named:
-    """Yield each value of a group by its full name."""
-    if not isinstance(value, dict):
-        yield name, value
-        return
-    for key, inner in value.items():
-        yield from _values(ns_join(name, str(key)), inner)
-
 
 # Tool poses in a recording's tf, including the frames that the cell itself adds.
 

@@ -11,7 +11,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from process_visualizer.bagio.bag_errors import BagDamaged
 from process_visualizer.bagio.recording import Recording
 from process_visualizer.cell.model import Cell, Device, RegionOfInterest, TopicFunction, Vector3
-from process_visualizer.curves.source_locators import set_values
+from process_visualizer.cell.rosparams import set_values
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.robots import FramePlaces, PageSpan, Place, resampled
 from process_visualizer.robot.kinematics import Placement

@@ -58,13 +58,13 @@ class StampMapping:
             return self.present(state, stamp_ns)
         now_ns = self._follow(state)
         if stamp_ns not in self._known:
-            near_ns = nearby(state, stamp_ns, message_ns)
+            clamped_ns = clamped_stamp(state, stamp_ns, message_ns)
             sent_wall_ns = max(now_ns, sent_ns + self._offset_ns)
-            if shown_ns is not None and shown_ns <= near_ns <= message_ns and not state.forward:
-                wall_ns = self._reached(state, near_ns, sent_wall_ns)
+            if shown_ns is not None and shown_ns <= clamped_ns <= message_ns and not state.forward:
+                wall_ns = self._map_without_lag(state, clamped_ns, sent_wall_ns)
             else:
-                near_ns += 0 if shown_ns is None else shown_ns - message_ns
-                wall_ns = self._moved(state, near_ns, sent_wall_ns)
+                clamped_ns += 0 if shown_ns is None else shown_ns - message_ns
+                wall_ns = self._map_with_lag(state, clamped_ns, sent_wall_ns)
             self._remember(stamp_ns, wall_ns)
         return self._known[stamp_ns]
 
@@ -78,7 +78,7 @@ class StampMapping:
         return self._known[stamp_ns]
 
     def forget(self) -> None:
-        """Give new stamps to messages published again, for receivers that are new to them."""
+        """Give new stamps to messages published again, for new subscribers."""
         self._known.clear()
 
     def forget_since(self, remembered: int) -> None:
@@ -87,18 +87,18 @@ class StampMapping:
             self._known.popitem()
         self._remembered = remembered
 
-    def _reached(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
+    def _map_without_lag(self, state: TimelineState, clamped_ns: int, sent_ns: int) -> int:
         """Map, without a lag, a stamp that has been reached."""
-        return max(min(self._due_wall(state, near_ns), sent_ns), self._floor_ns)
+        return max(min(self._due_wall(state, clamped_ns), sent_ns), self._floor_ns)
 
-    def _moved(self, state: TimelineState, near_ns: int, sent_ns: int) -> int:
-        wall_ns = self._due_wall(state, near_ns)
+    def _map_with_lag(self, state: TimelineState, clamped_ns: int, sent_ns: int) -> int:
+        wall_ns = self._due_wall(state, clamped_ns)
         self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
-        return self._order.fit(near_ns if state.forward else -near_ns,
+        return self._order.fit(clamped_ns if state.forward else -clamped_ns,
                                max(wall_ns - self._lag_ns, self._floor_ns))
 
-    def _due_wall(self, state: TimelineState, near_ns: int) -> int:
-        due_ns = state.due_ns(near_ns)
+    def _due_wall(self, state: TimelineState, clamped_ns: int) -> int:
+        due_ns = state.due_ns(clamped_ns)
         assert due_ns is not None, 'the state is not paused'
         return due_ns + self._offset_ns
 
@@ -145,7 +145,7 @@ class OrderKeeper:
         return wall_ns
 
 
-def nearby(state: TimelineState, stamp_ns: int, message_ns: int) -> int:
+def clamped_stamp(state: TimelineState, stamp_ns: int, message_ns: int) -> int:
     """Return the stamp [bag ns], moved closer to the time of its message if it is far from it."""
     reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(state.rate)))
     return min(max(stamp_ns, message_ns - reach_ns), message_ns + reach_ns)

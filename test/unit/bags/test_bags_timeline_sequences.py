@@ -5,7 +5,7 @@ from hypothesis import assume, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from process_visualizer.playback.stamp_mapping import StampMapping, nearby
+from process_visualizer.playback.stamp_mapping import StampMapping, clamped_stamp
 from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S, Timeline
 
 BEGIN = 1_600_000_000 * NS_PER_S
@@ -155,7 +155,7 @@ class TimelineMachine(RuleBasedStateMachine):
             assert wall == self.clock.wall_ns()
             self.in_command = []
             return
-        near = nearby(state, stamp, message)
+        near = clamped_stamp(state, stamp, message)
         sign = 1 if state.forward else -1
         for other, other_wall in self.in_command:
             assert (near - other) * (wall - other_wall) * sign >= 0, 'order'

@@ -290,6 +290,19 @@ def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> No
         'arm: edge is above 335, up to 424: the nodes were quit after 2.0 s'}
 
 
+def test_what_the_recorder_does_not_remember_is_not_offered_for_replay(stand: Stand) -> None:
+    stand.model.take_recorder(RecorderSnapshot('idle', recent_s=30.0))
+    stand.beyond(True)  # for 2 s
+    replay = stand.chips()[0].findChild(QPushButton, 'alarm_replay')
+    stand.now_s += 27.0
+    stand.model.look()
+    assert replay.isEnabled() and replay.toolTip() == 'Replay'
+    stand.now_s += 2.0
+    stand.model.look()
+    assert not replay.isEnabled()
+    assert replay.toolTip() == "Its beginning is not in the recorder's memory any more"
+
+
 def test_nothing_is_replayed_while_no_cell_runs(stand: Stand) -> None:
     stand.beyond(True)
     replay = stand.chips()[0].findChild(QPushButton, 'alarm_replay')

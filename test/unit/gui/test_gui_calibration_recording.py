@@ -210,10 +210,10 @@ def test_a_fit_is_an_unsaved_change_that_is_said_and_reverted(model, panel, fit,
 
 
 def test_a_refused_fit_says_why_and_changes_nothing(model, panel, fit, finder, frames, qtbot):
-    finder.answer = FitError('nothing that is in view holds the sensor against a shift along x')
+    finder.answer = FitError('nothing in view holds the sensor against a shift along x')
     fit.fit()
     qtbot.waitUntil(lambda: not fit.is_fitting)
-    assert text(panel, 'found') == ('a stays where it is: nothing that is in view holds the sensor '
+    assert text(panel, 'found') == ('a stays where it is: nothing in view holds the sensor '
                                     'against a shift along x.')
     assert model.pose == IN_FILE and frames.moves == []
     finder.answer = SensorFit(FITTED, 0.01, 0.001, 500, ())

@@ -19,9 +19,9 @@ from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.bag_recorder import RecorderError
 from process_visualizer.generate.choice import RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, PlanError
-from process_visualizer.gui.app.after_quit import AfterQuit
 from process_visualizer.gui.app.launcher import Launcher, _takes_topics
 from process_visualizer.gui.app.main import store_changes, words_to_go_on
+from process_visualizer.gui.app.quitting import Quitting
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.cell.launch_model import LaunchPhase
 from process_visualizer.gui.live.replay_model import ReplayPhase
@@ -388,7 +388,7 @@ def test_a_recording_that_is_gone_changes_nothing(
         finished=FinishedBag((path,))))
     window = QWidget()
     qtbot.addWidget(window)
-    AfterQuit(window, loaded).play((path,))
+    Quitting(window, loaded).play((path,))
     qtbot.waitUntil(lambda: bool(told))
     assert loaded.session.mode is Mode.REALTIME and applied == []
     assert told == [f'{path} no longer exists: it was moved or deleted. Nothing was changed.']
@@ -404,7 +404,7 @@ def test_the_window_closes_when_the_end_of_a_recording_is_noted(
     run(loaded)
     window = QWidget()
     qtbot.addWidget(window)
-    command = AfterQuit(window, loaded)
+    command = Quitting(window, loaded)
     noted: List[str] = []  # at the first one, the launcher saves the events of the recording
     monkeypatch.setattr(loaded.bag, 'keep_open', lambda: noted.append('kept'))
     loaded.recording.finished.connect(noted.append)

@@ -24,10 +24,10 @@ from rospy import Time
 from process_visualizer.cell.model import Mode
 from process_visualizer.clients.bag_recorder import RecordingOptions
 from process_visualizer.gui.app import launcher_app
-from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import CaughtError, ErrorDialog
+from process_visualizer.gui.app.quitting import GRACE_S, Quitting
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_places import MIN_LAUNCHER_PX
 from process_visualizer.gui.cell.alarm_strip import AlarmChip
@@ -458,7 +458,7 @@ def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
     assert not launcher.unsaved.offered and launcher.settings() == kept
 
 
-class Quitting:
+class QuitCommand:
     """The quit command in a window whose nodes run; nothing is started or ended."""
 
     def __init__(self, window: LauncherApp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -467,7 +467,7 @@ class Quitting:
         launcher = window._launcher
         launcher.launch.running, launcher.launch.phase = launcher.choice(), LaunchPhase.RUNNING
         monkeypatch.setattr(launcher.launch, 'quit', self._note)
-        self.command = AfterQuit(window, launcher, lambda: self.now_s)
+        self.command = Quitting(window, launcher, lambda: self.now_s)
 
     def _note(self) -> None:
         self.quits += 1
@@ -484,13 +484,13 @@ class Quitting:
 
 @pytest.fixture
 def quitting(window: LauncherApp, qtbot: Any, config: Path,
-             monkeypatch: pytest.MonkeyPatch) -> Iterator[Quitting]:
+             monkeypatch: pytest.MonkeyPatch) -> Iterator[QuitCommand]:
     load(window, qtbot, config, UNSAVED)
-    yield Quitting(window, monkeypatch)
+    yield QuitCommand(window, monkeypatch)
     window._launcher.launch.running, window._launcher.launch.phase = None, LaunchPhase.IDLE
 
 
-def test_quitting_can_be_taken_back_for_some_seconds(quitting: Quitting) -> None:
+def test_quitting_can_be_taken_back_for_some_seconds(quitting: QuitCommand) -> None:
     quitting.command.quit()
     quitting.wait(GRACE_S - 0.5)
     assert (quitting.quits, quitting.command.grace.left_s) == (0, 1)
@@ -503,7 +503,7 @@ def test_quitting_can_be_taken_back_for_some_seconds(quitting: Quitting) -> None
 
 
 def test_quitting_asks_where_something_would_be_lost(
-        quitting: Quitting, window: LauncherApp, qtbot: Any,
+        quitting: QuitCommand, window: LauncherApp, qtbot: Any,
         monkeypatch: pytest.MonkeyPatch) -> None:
     launcher = window._launcher
     monkeypatch.setattr(type(launcher.live_comparison), 'reference',
@@ -529,7 +529,7 @@ def test_quitting_asks_where_something_would_be_lost(
 
 
 def test_quitting_asks_while_something_is_recorded(
-        quitting: Quitting, window: LauncherApp, qtbot: Any,
+        quitting: QuitCommand, window: LauncherApp, qtbot: Any,
         monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(type(window._launcher.recording), 'is_recording',
                         property(lambda _: True))
@@ -544,7 +544,7 @@ def test_quitting_asks_while_something_is_recorded(
     monkeypatch.undo()
 
 
-def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: Quitting) -> None:
+def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: QuitCommand) -> None:
     """The operator's click waits behind the operation that blocks the window."""
     quitting.command.quit()
     quitting.now_s += GRACE_S + 1.0

@@ -384,9 +384,9 @@ def stepped(seed: int, *states: float, late_s: float = 0.0) -> Run:
 @pytest.mark.parametrize('states, late_s, said, onset_s', [
     ((10, 20, 40, 50, 60), 0.0, '30 is missing', 6.0),
     ((10, 20, 30, 99, 50, 60), 0.0, '99 instead of 40', 8.0),
-    ((10, 20, 30, 40, 20, 50, 60), 0.0, '20 comes once more', 10.0),
+    ((10, 20, 30, 40, 20, 50, 60), 0.0, '20 occurs once too often', 10.0),
     ((10, 20, 30, 40, 50), 0.0, '60 is missing', 12.0),
-    ((10, 20, 30, 40, 50, 60), 0.8, '30 comes 0.80 s later', 6.0)])
+    ((10, 20, 30, 40, 50, 60), 0.8, '30 occurs 0.80 s later', 6.0)])
 def test_a_wrong_state_is_told_in_words(count: int, states: Sequence[float], late_s: float,
                                         said: str, onset_s: float) -> None:
     usual = (10, 20, 30, 40, 50, 60)
@@ -463,7 +463,7 @@ def test_numbers_with_names_are_states_though_they_change_quickly() -> None:
         state = run.channels[-1]._replace(value_names=((3.0, 'screw'),))
         return run._replace(channels=(*run.channels[:-1], state))
     found = GoodRuns(of(1), [of(2), of(3)]).compare(of(77, [5.1])).departures
-    assert [it.words for it in found] == ['9 comes in addition']
+    assert [it.words for it in found] == ['9 occurs in addition']
 
 
 def test_a_state_that_began_in_a_hole_of_all_data_is_not_missing() -> None:
@@ -497,7 +497,7 @@ def test_slow_topics_that_pause_together_are_no_hole() -> None:
         run = run._replace(channels=run.channels[1:])
         return with_channel(run, 'state', np.array([0.0, since_s, 8.0]), np.array([0.0, 1.0, 0.0]))
     found = GoodRuns(of(1), [of(2), of(3), of(4)]).compare(of(77, 5.25)).departures
-    assert [it.words.split(' (')[0] for it in found] == ['1 comes 1.20 s later than usual']
+    assert [it.words.split(' (')[0] for it in found] == ['1 occurs 1.20 s later than usual']
 
 
 def test_the_number_of_the_run_before_is_no_wrong_state() -> None:

@@ -157,7 +157,7 @@ def test_a_state_that_follows_from_a_value_comes_after_it() -> None:
     value = Departure(Signal('process', 'current', 'A', SignalKind.VARIABLE), 4.0, 5.0, 4.0, 0.1,
                       4.2, -50.0, 5.0)
     bit = Departure(Signal('plc', 'arc on', '', SignalKind.STATE), 4.1, None, 4.1, 0.05, 4.1,
-                    10.0, 1.0, '0 comes once more')
+                    10.0, 1.0, '0 occurs once too often')
     assert [it.signal.label for it in ranked([bit, value])] == ['current', 'arc on']
     commanded = value._replace(onset_s=4.15, left_s=4.15)
     assert [it.signal.label for it in ranked([bit, commanded])] == ['arc on', 'current']

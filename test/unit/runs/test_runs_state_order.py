@@ -49,9 +49,9 @@ def test_a_counter_that_goes_on_in_each_run_is_no_wrong_state(good: int) -> None
 
 
 @pytest.mark.parametrize(('values', 'times_s', 'words', 'since_s'), [
-    ((0, 1, 0, 1, 0), (0.0, 6.0, 14.7, 15.0, 23.5), '0 and 1 come once more', 14.7),
-    ((0, 1, 0, 1, 0), (0.0, 2.0, 2.3, 6.0, 23.5), '1 and 0 come once more', 2.0),
-    ((0, 1, 0, 1, 0), (0.0, 6.0, 23.5, 25.0, 25.3), '1 and 0 come once more', 25.0)])
+    ((0, 1, 0, 1, 0), (0.0, 6.0, 14.7, 15.0, 23.5), '0 and 1 occur once too often', 14.7),
+    ((0, 1, 0, 1, 0), (0.0, 2.0, 2.3, 6.0, 23.5), '1 and 0 occur once too often', 2.0),
+    ((0, 1, 0, 1, 0), (0.0, 6.0, 23.5, 25.0, 25.3), '1 and 0 occur once too often', 25.0)])
 def test_of_a_bit_that_toggles_once_more_the_times_show_which_toggle(
         values: 'tuple[float, ...]', times_s: 'tuple[float, ...]', words: str, since_s: float
         ) -> None:

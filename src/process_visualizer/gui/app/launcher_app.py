@@ -28,9 +28,9 @@ from rosgraph.network import get_local_addresses
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.app.after_quit import AfterQuit
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.look_on import ServeDialog, WatchDialog
+from process_visualizer.gui.app.quitting import Quitting
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.shortcuts import WindowKeys
 from process_visualizer.gui.cell.alarm_strip import AlarmStrip
@@ -248,7 +248,7 @@ class LauncherApp(QMainWindow):
         self.restarts = False
         self._is_closed = False
         self._questions = WindowQuestions(self, launcher)
-        self._after_quit = AfterQuit(self, launcher)
+        self._quitting = Quitting(self, launcher)
         self.setWindowTitle('Process Visualizer')
         self.file = plain_label()
         self.alarms = AlarmStrip(launcher.alarms)
@@ -405,8 +405,8 @@ class LauncherApp(QMainWindow):
         launcher.view.changed.connect(self._show_views)
         self.launch.mode_chosen.connect(launcher.choose_mode)
         self.launch.launch_wanted.connect(self._start)
-        self.launch.quit_wanted.connect(self._after_quit.quit)
-        self._after_quit.grace.changed.connect(self._show_launch)
+        self.launch.quit_wanted.connect(self._quitting.quit)
+        self._quitting.grace.changed.connect(self._show_launch)
         self.launch.apply_wanted.connect(launcher.apply)
         self.launch.rviz.restart_wanted.connect(launcher.view.restart)
         self.launch.rviz.save_wanted.connect(self._save_view)
@@ -427,9 +427,9 @@ class LauncherApp(QMainWindow):
         self._launcher.objects.model.changed.connect(self._show_near)
         self.live.replay_wanted.connect(self._launcher.show_replay)
         self.playback.bag.configuration_wanted.connect(self.new.ask_path)
-        self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
-        self._drops.play_wanted.connect(self._after_quit.play)
-        self._after_quit.close_wanted.connect(self._close_now)
+        self.recording.play_wanted.connect(lambda path: self._quitting.play((path,)))
+        self._drops.play_wanted.connect(self._quitting.play)
+        self._quitting.close_wanted.connect(self._close_now)
 
     # Display
 
@@ -462,7 +462,7 @@ class LauncherApp(QMainWindow):
         reason = launcher.blocked_reason()
         can_launch = reason == '' or launcher.master.is_lost  # then the button offers a remedy
         self.launch.show_phase(launcher.launch.phase, can_launch, reason,
-                               self._after_quit.grace.left_s)
+                               self._quitting.grace.left_s)
         self._show_possible_changes()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         self._keys.enable()
@@ -570,7 +570,7 @@ class LauncherApp(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Quit everything first, without freezing; the window closes when that is done."""
         if not self._is_closed:
-            self._after_quit.ask_to_leave()  # if nothing runs, the window is closed at once
+            self._quitting.ask_to_leave()  # if nothing runs, the window is closed at once
         if self._is_closed:
             self._serve.end()
             for watching in self.findChildren(WatchDialog):
@@ -579,7 +579,7 @@ class LauncherApp(QMainWindow):
 
     def leave(self) -> None:
         """Quit all nodes (the recorder finishes its bag), then close, without a question."""
-        self._after_quit.leave()
+        self._quitting.leave()
 
     def _restart_program(self) -> None:
         self.restarts = True

@@ -28,6 +28,7 @@ from process_visualizer.gui.app.window_places import (
     settings_of,
     sizes_from,
 )
+from process_visualizer.gui.live.replay_model import ReplayPhase
 from process_visualizer.gui.toolkit.labels import plain_label
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.widgets import in_column
@@ -169,7 +170,8 @@ class WindowKeeper(QObject):
         self.dock.close_refused.connect(lambda: window.tell(_TIMELINE_STAYS))
         self.rviz_place = RvizPlace(window)
         self.rviz_place.restart_wanted.connect(launcher.view.restart)
-        launcher.view.ended.connect(self._show_rviz_place)
+        for changed in (launcher.view.ended, launcher.replay.changed):
+            changed.connect(self._show_rviz_place)
         self._asked, self._refused = QRect(), QRect()
         self._is_asking = False
         self._timer = QTimer(self)
@@ -211,9 +213,10 @@ class WindowKeeper(QObject):
 
     def _show_rviz_place(self) -> None:
         """Fill the place of an RViz that was closed or killed, or that is starting."""
-        view = self._launcher.view
-        self.rviz_place.show_text('RViz is starting…' if view.is_starting else view.end_text,
-                                  not view.is_starting)
+        launcher, view = self._launcher, self._launcher.view
+        text = 'RViz is starting…' if view.is_starting else view.end_text
+        is_covered = launcher.replay.phase is ReplayPhase.SHOWN  # by the RViz of the replay
+        self.rviz_place.show_text('' if is_covered else text, not view.is_starting)
 
     def _set_timeline_height(self, height: int) -> None:
         """Change the height at once; the other windows follow when the operator lets go."""

@@ -186,7 +186,8 @@ class AlarmStrip(QWidget):
         for row, alarm in enumerate(alarms):
             if row >= len(self._shown) or _key(self._shown[row]) != _key(alarm):
                 self._put(row)
-            self._chip(row).show_alarm(alarm, _key(alarm) in present, self._model.can_replay)
+            self._chip(row).show_alarm(alarm, _key(alarm) in present,
+                                       self._model.can_replay(alarm))
         while self._column.count() > len(alarms):
             self._drop(len(alarms))
         self._shown = alarms
@@ -244,6 +245,9 @@ def _more_button(area: QScrollArea) -> QToolButton:
     return button
 
 
+_NOT_REPLAYABLE = "Its beginning is not in the recorder's memory any more"
+
+
 class AlarmChip(QFrame):
     """One alarm: its time, source and text, and buttons with remedies.
 
@@ -274,7 +278,7 @@ class AlarmChip(QFrame):
         Args:
             alarm: as it is now, or as it was last.
             is_there: whether the alarm is still present.
-            can_replay: whether the past of the cell can be replayed.
+            can_replay: whether the beginning of the alarm can be replayed.
         """
         before, self._condition = self._condition, alarm.condition
         if before is None or before.level is not alarm.condition.level:
@@ -288,6 +292,8 @@ class AlarmChip(QFrame):
         can_not = {Action.ACKNOWLEDGE: alarm.is_acknowledged, Action.REPLAY: not can_replay}
         for action, button in self._buttons.items():
             button.setEnabled(is_there and not can_not.get(action, False))
+            if action is Action.REPLAY:
+                button.setToolTip(plain_tip(action.value if can_replay else _NOT_REPLAYABLE))
 
     def _show_buttons(self, actions: Sequence[Action]) -> None:
         for action in set(self._buttons).difference(actions):

@@ -72,7 +72,8 @@ class AlarmsModel(QObject):
         states.changed.connect(self.look)
         self._timer = QTimer(self, interval=_LOOK_MS)  # some alarms begin and end by time alone
         self._timer.timeout.connect(self.look)
-        self._could_replay = False
+        self._recent_s = 0.0  # length of the recorder's memory; 0 if unknown
+        self._replayable: Tuple[bool, ...] = ()  # of each alarm
         launch.changed.connect(self._follow_mode)
 
     @property
@@ -90,12 +91,13 @@ class AlarmsModel(QObject):
         """The alarms of the open recording, in the order of time."""
         return sorted((*self._recorded, *self._played), key=lambda it: it[2])
 
-    @property
-    def can_replay(self) -> bool:
-        """Return whether the live cell runs, so that its past can be replayed."""
+    def can_replay(self, alarm: Alarm) -> bool:
+        """Return whether the live cell runs, and its recorder remembers when an alarm began."""
         running = self._launch.running
-        return (running is not None and running.mode is Mode.REALTIME
-                and self._launch.phase is LaunchPhase.RUNNING)
+        is_live = (running is not None and running.mode is Mode.REALTIME
+                   and self._launch.phase is LaunchPhase.RUNNING)
+        age_s = self._wall_s() - alarm.since_s
+        return is_live and (not self._recent_s or age_s <= self._recent_s)
 
     @property
     def summary(self) -> str:
@@ -119,6 +121,7 @@ class AlarmsModel(QObject):
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """Update from the recorder."""
+        self._recent_s = recorder.recent_s
         self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
                                        recorder.lost)
         self.look()
@@ -168,6 +171,10 @@ class AlarmsModel(QObject):
     def look(self) -> None:
         """Update the alarms now."""
         self._take(self._board.seen(self._conditions(), self._wall_s(), self._end_words))
+        replayable = tuple(map(self.can_replay, self.alarms))
+        if replayable != self._replayable:
+            self._replayable = replayable
+            self.changed.emit()
 
     def _end_words(self, condition: Condition) -> str:
         """Return the text about a condition that has ended."""
@@ -188,8 +195,7 @@ class AlarmsModel(QObject):
             self._timer.stop()
         elif not self._timer.isActive():
             self._timer.start()
-        if self._recorded or self.can_replay != self._could_replay:
-            self._could_replay = self.can_replay
+        if self._recorded or tuple(map(self.can_replay, self.alarms)) != self._replayable:
             self.changed.emit()
 
     def _take(self, board: AlarmBoard) -> None:

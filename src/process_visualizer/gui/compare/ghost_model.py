@@ -55,10 +55,10 @@ class GhostModel(QObject):
         self._tasks, self._compare, self._session = tasks, compare, session
         self._show, self._follow_live = show, follow
         self._mode: Optional[Mode] = None
-        self._devices: Tuple[Device, ...] = ()  # that run: the others have no frames
+        self._devices: Tuple[Device, ...] = ()  # running ones; others have no frames
         self._is_wanted = True
         self._shown: Tuple[Optional[Compared], bool] = (None, True)
-        self._may_draw = self._is_unsure = False
+        self._node_may_draw = self._must_clear = False
         compare.changed.connect(self._follow)
         session.run_changed.connect(self._follow_run)
 
@@ -81,8 +81,8 @@ class GhostModel(QObject):
         running = self._session.running
         devices = () if running is None else running.devices
         if mode is not self._mode or devices != self._devices:
-            # the node may have ended, or may still show earlier tracks
-            self._shown, self._is_unsure = (None, True), self._may_draw
+            # The node may have ended, or may still show earlier tracks, which must be cleared.
+            self._shown, self._must_clear = (None, True), self._node_may_draw
         self._mode, self._devices = mode, devices
         self._follow()
 
@@ -92,12 +92,12 @@ class GhostModel(QObject):
             return
         if not _is_same(wanted, self._shown, self._mode):
             self._send(wanted, self._fail)
-        elif self._is_unsure:
-            self._send((None, True), _leave)
+        elif self._must_clear:
+            self._send((None, True), _ignore_ghost_error)
 
     def _send(self, wanted: Tuple[Optional[Compared], bool],
               on_error: Callable[[Exception], None]) -> None:
-        self._shown, self._may_draw, self._is_unsure = wanted, wanted[0] is not None, False
+        self._shown, self._node_may_draw, self._must_clear = wanted, wanted[0] is not None, False
         task = self._show_recorded if self._mode is Mode.PLAYBACK else self._show_live
         self._tasks.run(LINE, lambda: task(*wanted), None, on_error)
 
@@ -132,7 +132,7 @@ class GhostModel(QObject):
         self.failed.emit(str(error))
 
 
-def _leave(error: Exception) -> None:
+def _ignore_ghost_error(error: Exception) -> None:
     """Ignore a GhostError: a node that has ended, or is only starting, draws nothing."""
     if not isinstance(error, GhostError):
         raise error

@@ -18,7 +18,7 @@ from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.comparison.band_of_run import OF_PLACE, TIME_LOST, band_of_run, holding
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.onsets import dated, with_frequency
+from process_visualizer.runs.comparison.onsets import refined_onset, with_frequency
 from process_visualizer.runs.comparison.unjudged import (
     unjudged,
 )
@@ -246,7 +246,7 @@ class GoodRuns:
         stuck = () if own is not None else tuple(self._stuck.departures(run, alignment.time_map))
         left = [it for it in departures(self.times_s, columns, band)
                 if not any(explains(other, it) for other in stuck)]
-        found = ranked([*(dated(it, left, run, alignment, band, self.times_s)._replace(
+        found = ranked([*(refined_onset(it, left, run, alignment, band, self.times_s)._replace(
                               is_on_path=_is_on_path(it, steep)) for it in left),
                         *self._state_departures(run, alignment, own), *stuck],
                        alignment.time_map.to_run)

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Onsets of departures, as exact as a channel's own values allow."""
+"""Refines when a departure began, from the values of the channel that has departed.
+
+A comparison finds departures in means, which change gradually. The values themselves show the
+onset more exactly: noise begins with its first fast change, a signal that became too smooth lacks
+fast changes from then on, and one that is sent rarely has changed between two of its values.
+"""
 from __future__ import annotations
 
 from typing import Sequence
@@ -23,21 +28,22 @@ _ROUGH_KNOWN_S, _ROUGH_PERIODS = 0.1, 4.0
 """Uncertainty of when a channel became rough: at least this time [s], and so many periods."""
 
 
-def dated(it: Departure, found: Sequence[Departure], run: Run, alignment: Alignment,
-          band: Band, times_s: np.ndarray) -> Departure:
+def refined_onset(it: Departure, found: Sequence[Departure], run: Run, alignment: Alignment,
+                  band: Band, times_s: np.ndarray) -> Departure:
     """Return a departure with an onset that is as exact as the channel's own values allow.
 
-    Noise that comes with a clearer departure of the value is the jump of the value. ``found`` are
-    all departures of the run, ``times_s`` (t,) the moments of the reference.
+    If the value itself departs more clearly at the same time, noise is only the jump of the value:
+    its onset is left as it is. ``found`` are all departures of the run, ``times_s`` (t,) the
+    moments of the reference.
     """
     if it.signal.period_s:
-        return _seldom_since(it, run, alignment, band, times_s)
+        return _onset_of_rare_signal(it, run, alignment, band, times_s)
     channel = run.by_key.get(it.channel)
     if channel is not None:  # a value is known to within one period
         it = it._replace(uncertainty_s=max(it.uncertainty_s, period_s(channel.times_s)))
     if any(_is_jump_of(it, other) for other in found):
         return it
-    return _rough_since(_smooth_since(it, alignment), run, alignment, band)
+    return _onset_of_roughness(_onset_of_smoothness(it, alignment), run, alignment, band)
 
 
 def with_frequency(it: Departure, run: Run, alignment: Alignment, end_s: float) -> Departure:
@@ -59,8 +65,11 @@ def _is_jump_of(noise: Departure, value: Departure) -> bool:
         and abs(value.left_s - noise.left_s) < ROUGH_S
 
 
-def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
-    """Return a departure; if it is too smooth, its onset is when the last rough values entered."""
+def _onset_of_smoothness(it: Departure, alignment: Alignment) -> Departure:
+    """Return a departure; if it is too smooth, its onset is when its fast changes ended.
+
+    Roughness is measured over ``ROUGH_S``, so it falls that long after the last fast changes.
+    """
     if it.signal.kind is not SignalKind.NOISE or it.signal.over_s or it.deviation > 0.0:
         return it
     run_s = alignment.time_map.to_run(np.array([it.left_s])) - ROUGH_S
@@ -68,8 +77,8 @@ def _smooth_since(it: Departure, alignment: Alignment) -> Departure:
     return it._replace(onset_s=min(it.onset_s, since_s))
 
 
-def _seldom_since(it: Departure, run: Run, alignment: Alignment, band: Band,
-                  times_s: np.ndarray) -> Departure:
+def _onset_of_rare_signal(it: Departure, run: Run, alignment: Alignment, band: Band,
+                          times_s: np.ndarray) -> Departure:
     """Return a departure of a signal that is sent rarely: it began between two of its values."""
     if it.channel not in run.by_key:
         return it
@@ -83,8 +92,8 @@ def _seldom_since(it: Departure, run: Run, alignment: Alignment, band: Band,
     return it._replace(onset_s=middle_s, uncertainty_s=half_s)
 
 
-def _rough_since(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
-    """Return a departure; if it is too rough, its onset is that of the fine part."""
+def _onset_of_roughness(it: Departure, run: Run, alignment: Alignment, band: Band) -> Departure:
+    """Return a departure; if it is too rough, its onset is that of its fast changes."""
     if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0:
         return it
     key = it.channel

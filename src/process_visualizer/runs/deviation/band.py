@@ -1,5 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The band of good runs around each signal, which a good run leaves at a stated rate."""
+"""Width of the band of good runs around each signal, which good runs leave at a known rate.
+
+At each moment, the band reaches from the lowest to the highest value that the mean of the good runs
+has within 0.1 s, and beyond that by a margin: a limit times the spread of the good runs.
+
+1. ``smoothed``: the spread at a moment is the standard deviation of the good runs around their
+   mean, averaged over nearby moments, and joined with the one that is usual for the signal.
+2. ``LearnedSignal.scores``: the score of a run is the greatest deviation from the other runs, in
+   spreads, that lasts for three rows.
+3. ``_limits``: the limit of a signal is the score that one more good run exceeds at the signal's
+   share of the rate. It follows from the scores of the good runs, joined with those of signals of
+   the same sort.
+4. ``LearnedSignal._margin``: with few runs, which cannot show how much good runs vary, a tolerance
+   is the minimum margin.
+
+Before that, runs that are far from all others are left out (``BandLearner.outstanding``).
+``band_of_run.py`` and ``live_comparison.py`` widen a band for what they judge.
+"""
 from __future__ import annotations
 
 import math
@@ -24,12 +41,12 @@ from process_visualizer.runs.series import ROUGH_S, moving_maximum, moving_mean
 EDGE_ROWS = 5
 """Rows by which an edge may come earlier or later: 0.1 s."""
 _SPREAD_ROWS = 25
-_ROWS_ALIKE = 12.0
+_PRIOR_AT_MOMENT = 12.0
 """Weight of the usual spread of a signal, in runs at one moment."""
 _WINDOW_RUNS = 3.0
 """Weight of nearby moments, in runs, for values without a window around them."""
 _SHARE_OF_EDGE = 0.1
-_KEPT_SHARE, _OF_KEPT = 0.8, 2.28
+_KEPT_SHARE, _KEPT_FACTOR = 0.8, 2.28
 """Share of the deviations that counts if a run may be an outlier, and the factor for the rest."""
 
 
@@ -71,7 +88,7 @@ def usual_square(squares: np.ndarray, robust: bool) -> np.ndarray:
         return common(squares)
     kept = max(int(np.ceil(_KEPT_SHARE * len(squares))), 1)
     ordered = np.sort(squares, axis=0)[:kept]  # NaN comes last
-    return _OF_KEPT * common(ordered)
+    return _KEPT_FACTOR * common(ordered)
 
 
 def smoothed(square: np.ndarray, level: np.ndarray, runs: int, has_window: bool,
@@ -86,7 +103,7 @@ def smoothed(square: np.ndarray, level: np.ndarray, runs: int, has_window: bool,
     local = moving_mean(square, _SPREAD_ROWS)
     usual = _usual(local, level)
     weight = (runs - 1.0) * (1.0 if has_window else _WINDOW_RUNS)
-    joined = (weight * local + _ROWS_ALIKE * usual) / (weight + _ROWS_ALIKE)
+    joined = (weight * local + _PRIOR_AT_MOMENT * usual) / (weight + _PRIOR_AT_MOMENT)
     low, high = envelope(level)
     edge = _SHARE_OF_EDGE * (high - low)
     result: np.ndarray = np.sqrt(joined + least * least + edge * edge)
@@ -143,14 +160,14 @@ USUAL_RATE = 0.05
 """Default rate at which a good run leaves its band."""
 _ENOUGH_FOR_MEDIAN = 7
 """Number of good runs from which the median is the usual value during the search for outliers."""
-_OUTSTANDING = 1.8
+_OUTLIER_RATIO = 1.8
 """A run is an outlier if it is this many times as far away as a good one may be."""
 _COARSE_ROWS = 3
 """Step in rows during the search for outliers: fewer moments are enough."""
-_MAX_OUTSTANDING, _SHARE_OF_OUTLIERS = 0.25, 0.1
-_SURE_SHARE = 0.4
+_MAX_OUTLIERS, _SHARE_OF_OUTLIERS = 0.25, 0.1
+_SHARE_OF_RATE = 0.4
 """Share of the rate that is aimed at, so that it holds for most sets of good runs."""
-_RUNS_ALIKE, _MIN_SCORE = 8.0, 0.2
+_PRIOR_RUNS, _MIN_SCORE = 8.0, 0.2
 """Weight of the usual scores of one sort of signals, in runs, and the minimum score."""
 _MIN_SPREAD: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.005, SignalKind.PLACE: 1e-4, SignalKind.NOISE: 0.05,
@@ -162,8 +179,8 @@ _TOLERANCES: Dict[SignalKind, float] = {
 _TURNED_DEG, _TURNED_DEG_OF_ONE = 10.0, 20.0
 """Tolerances of a force's direction, with several good runs and with one.
 
-A single run does not show how the direction of a force that sets in varies from run to run, and
-two show it hardly better.
+A single run does not show how the direction of a force varies from run to run at its onset, and
+two runs are hardly better.
 """
 RELATIVE_TOLERANCE = 0.1
 """Default tolerance, as a share of the range of the good runs' values."""
@@ -175,7 +192,7 @@ _MIN_MARGIN_SHARE = 0.04
 _MIN_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
 """Minimum margin, as a share of the tolerance of one good run, for any number of good runs."""
-_NOISE_SPREADS, _CHANCES = 6.0, 3.5
+_NOISE_SPREADS, _CHANCE_FACTOR = 6.0, 3.5
 _FEW_RUNS = 3
 _SOONER_ROWS = int(ROUGH_S * RATE_HZ)
 """Rows by which the roughness of an edge, which lasts half a second, may end earlier.
@@ -216,13 +233,13 @@ class Band(NamedTuple):
 
 
 def fewest_runs(rate: float) -> int:
-    """Return how many good runs a rate needs: each of N+1 equal runs is as likely the worst."""
+    """Return how many good runs a rate needs: each of N+1 is equally likely to be the worst."""
     return max(math.ceil(1.0 / rate - 1e-9) - 1, MIN_RUNS)
 
 
 def most_of(runs: int) -> int:
     """Return the maximum number of outliers among some good runs."""
-    return max(int(_MAX_OUTSTANDING * runs), 1)
+    return max(int(_MAX_OUTLIERS * runs), 1)
 
 
 class BandLearner:
@@ -306,7 +323,7 @@ class BandLearner:
             numbers = np.flatnonzero(self._kept)
             ratio = self._ratios(scores[:, numbers])
             worst = int(ratio.max(axis=0).argmax())
-            if ratio[:, worst].max() <= _OUTSTANDING:
+            if ratio[:, worst].max() <= _OUTLIER_RATIO:
                 return
             signal = self._signals[int(ratio[:, worst].argmax())].signal
             self._left_out.append((int(numbers[worst]), signal))
@@ -373,7 +390,7 @@ def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
         spread = np.sqrt((away * away).sum(axis=1) / np.maximum(runs - 1, 1))
     tells = runs > 1
     sorts = np.array([it.sort for it in signals])
-    weight = np.where(tells, runs / (runs + _RUNS_ALIKE), 0.0)
+    weight = np.where(tells, runs / (runs + _PRIOR_RUNS), 0.0)
     for sort in np.unique(sorts):
         rows = sorts == sort
         if not tells[rows].any():
@@ -384,8 +401,8 @@ def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
         share = weight[rows]
         middle[rows] = share * own[0] + (1.0 - share) * alike[0]
         spread[rows] = np.sqrt(share * own[1] ** 2 + (1.0 - share) * alike[1])
-    quantile = np.array([student_quantile(_SURE_SHARE * rate / len(signals),
-                                          max(it - 1.0, 0.0) + _RUNS_ALIKE) for it in runs])
+    quantile = np.array([student_quantile(_SHARE_OF_RATE * rate / len(signals),
+                                          max(it - 1.0, 0.0) + _PRIOR_RUNS) for it in runs])
     middle = np.maximum(middle, _MIN_SCORE)
     limits = highest_of_runs(middle, np.sqrt(1.0 + 1.0 / np.maximum(runs, 1)) * spread, quantile)
     return limits if robust else np.fmax(limits, np.max(np.where(known, scores, 0.0), axis=1))
@@ -490,7 +507,7 @@ class LearnedSignal:
             return given
         freedom = max(len(values) - 1, 1)
         whole = math.hypot(signal_tolerance(self.signal, self._values, self._relative),
-                           _CHANCES * self.signal.chance)
+                           _CHANCE_FACTOR * self.signal.chance)
         least = _MIN_MARGIN_SHARES.get(self.signal.kind, _MIN_MARGIN_SHARE)
         is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
         is_rare = self.signal.kind is SignalKind.NOISE and len(values) <= _FEW_RUNS

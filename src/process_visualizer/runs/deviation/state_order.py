@@ -14,7 +14,8 @@ Order = Tuple[float, ...]
 _MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
 """Minimum delay or lead of a state that is reported [s], with many good runs and with one."""
 _MIN_SPREAD_S = 0.03
-_RUNS_ALIKE = 4.0
+_PRIOR_RUNS = 4.0
+"""Weight of the usual spread of all states of a channel, in runs."""
 _RATE_OF_ONE = 1e-3
 _FEW = 5
 """Number of good runs below which each may differ for a reason."""
@@ -61,7 +62,7 @@ class StateOrder:
         self._orders = [it.values for it in good]
         self._times = [it.since_s for it in good]
         steps = {_steps(it) for it in self._orders}
-        self._counts = len(steps) == 1 and set(steps.pop()) == {1.0} and \
+        self._is_run_counter = len(steps) == 1 and set(steps.pop()) == {1.0} and \
             len(set(self._orders)) == len(self._orders)
         counts = Counter(it for it in self._orders if it)
         self._usual: Order = counts.most_common(1)[0][0] if counts else ()
@@ -88,11 +89,12 @@ class StateOrder:
         ``end_s`` is where the run ends, on the reference's clock.
         """
         order, times_s = self._comparable(_completed(run, set(self._orders)), end_s)
-        if self._is_context(order):
+        if self._is_constant_per_run(order):
             return self._other_context(order)
-        if self._counts and order not in self._orders and _steps(order) == _steps(self._usual):
+        is_new = order not in self._orders
+        if self._is_run_counter and is_new and _steps(order) == _steps(self._usual):
             return None
-        if order in self._orders:
+        if not is_new:
             return self._late(order, times_s)
         if not self.is_known:
             return self._strange(order, times_s)
@@ -108,7 +110,7 @@ class StateOrder:
         return (run.values + tuple(self._usual[row] for row in rest),
                 run.since_s + tuple(usual[row] for row in rest))
 
-    def _is_context(self, order: Order) -> bool:
+    def _is_constant_per_run(self, order: Order) -> bool:
         """Return whether the channel has one value in each run: a variant, a place, a number."""
         return len(order) == 1 and all(len(it) == 1 for it in self._orders)
 
@@ -124,28 +126,34 @@ class StateOrder:
 
     def _strange(self, order: Order, times_s: Sequence[float]) -> Optional[StateFault]:
         known = {value for it in self._orders for value in it}
-        return next((StateFault(f'{self._name(value)} comes in no good run', float(time_s))
+        return next((StateFault(f'{self._name(value)} occurs in no good run', float(time_s))
                      for value, time_s in zip(order, times_s) if value not in known), None)
 
     def _difference(self, order: Order, times_s: Sequence[float]) -> List[StateFault]:
+        """Return what distinguishes an order from the usual one, the earliest first.
+
+        Each edit turns ``self._usual[usual_begin:usual_end]`` into ``order[begin:end]``.
+        """
         usual_s = self._usual_times()
-        found, kept = [], 0
-        for what, i, j, k, m in edits(self._usual, order):
+        found, equal = [], 0
+        for what, usual_begin, usual_end, begin, end in edits(self._usual, order):
             if what == 'equal':
-                kept = j - i
+                equal = usual_end - usual_begin
                 continue
             shift = 0
             if what == 'insert' and times_s:
-                shift = _shift(order, times_s, k, m, usual_s[i - kept:i])
+                shift = _best_shift(order, times_s, begin, end,
+                                    usual_s[usual_begin - equal:usual_begin])
             elif what == 'delete' and times_s:
-                shift = _shift(self._usual, usual_s, i, j, times_s[k - kept:k])
-            i, j, k, m, kept = i - shift, j - shift, k - shift, m - shift, 0
-            expected, came = self._usual[i:j], order[k:m]
-            since_s = float(times_s[k]) if k < len(times_s) and k > 0 else \
-                usual_s[i] if i < len(usual_s) else usual_s[-1]
-            if what != 'insert' and i < len(usual_s):
-                since_s = min(since_s, usual_s[i]) if what == 'delete' else since_s
-            found.append(StateFault(self._words(what, expected, came), since_s))
+                shift = _best_shift(self._usual, usual_s, usual_begin, usual_end,
+                                    times_s[begin - equal:begin])
+            expected = self._usual[usual_begin - shift:usual_end - shift]
+            usual_begin, begin, end, equal = usual_begin - shift, begin - shift, end - shift, 0
+            since_s = float(times_s[begin]) if 0 < begin < len(times_s) else \
+                usual_s[min(usual_begin, len(usual_s) - 1)]
+            if what == 'delete' and usual_begin < len(usual_s):
+                since_s = min(since_s, usual_s[usual_begin])
+            found.append(StateFault(self._words(what, expected, order[begin:end]), since_s))
         return found
 
     def _words(self, what: str, expected: Order, came: Order) -> str:
@@ -153,9 +161,8 @@ class StateOrder:
             return f'{self._named(expected)} {"is" if len(expected) == 1 else "are"} missing'
         if what == 'replace':
             return f'{self._named(came)} instead of {self._named(expected)}'
-        return f'{self._named(came)} {"comes" if len(came) == 1 else "come"} once more' \
-            if all(it in self._usual for it in came) else \
-            f'{self._named(came)} {"comes" if len(came) == 1 else "come"} in addition'
+        times = 'once too often' if all(it in self._usual for it in came) else 'in addition'
+        return f'{self._named(came)} {"occurs" if len(came) == 1 else "occur"} {times}'
 
     def _named(self, values: Order) -> str:
         *names, last = (self._name(it) for it in values[:3])
@@ -168,7 +175,7 @@ class StateOrder:
         return f'{value:g}' if name is None else f'{value:g} ({name})'
 
     def _late(self, order: Order, times_s: Sequence[float]) -> Optional[StateFault]:
-        """Return the first change that comes later or earlier than in the good runs."""
+        """Return the first change that is later or earlier than in the good runs."""
         alike = np.array([it for known, it in zip(self._orders, self._times) if known == order])
         if len(order) < 2:
             return None
@@ -180,8 +187,8 @@ class StateOrder:
             away = (alike - alike.mean(axis=0))[:, 1:]
             square = (away * away).sum(axis=0)
             usual = np.median(square / (count - 1.0))
-            freedom = count - 1.0 + _RUNS_ALIKE
-            spread = np.sqrt((square + _RUNS_ALIKE * usual) / freedom + _MIN_SPREAD_S ** 2)
+            freedom = count - 1.0 + _PRIOR_RUNS
+            spread = np.sqrt((square + _PRIOR_RUNS * usual) / freedom + _MIN_SPREAD_S ** 2)
             factor = student_quantile(_RATE_OF_ONE / len(late_s), freedom)
             limit_s = np.maximum(factor * np.sqrt(1.0 + 1.0 / count) * spread,
                                  max(_LATE_OF_ONE_S / count, _MIN_LATE_S))
@@ -191,22 +198,22 @@ class StateOrder:
         row = int(rows[0])
         late = float(late_s[row])
         since_s = min(float(times_s[row + 1]), float(times_s[row + 1]) - late)
-        return StateFault(f'{self._name(order[row + 1])} comes {abs(late):.2f} s '
+        return StateFault(f'{self._name(order[row + 1])} occurs {abs(late):.2f} s '
                           f'{"later" if late > 0 else "earlier"} than usual '
                           f'(±{limit_s[row]:.2f} s)',
                           since_s, late, float(limit_s[row]))
 
 
-def _shift(values: Order, times_s: Sequence[float], begin: int, end: int,
-           kept_s: Sequence[float]) -> int:
-    """Return the number of places to the left at which a block of values fits better.
+def _best_shift(values: Order, times_s: Sequence[float], begin: int, end: int,
+                equal_s: Sequence[float]) -> int:
+    """Return how many places to the left the inserted block ``values[begin:end]`` really is.
 
-    Without ``values[begin:end]``, the same remains as without the block one place to the left, if
-    the values at both ends are the same: in 0 1 0 1 0, either 0 1 or 1 0 is extra. What remains
-    shows which: the values before the block are those of the other run at its times ``kept_s``.
+    If the values at the ends of a block repeat, its place is ambiguous: in 0 1 0 1 0, either 0 1
+    or 1 0 was inserted. The right place is the one at which the times of the remaining values
+    match best those of the equal values of the other run, ``equal_s``.
     """
     best, more_s, least_s = 0, 0.0, 0.0
-    for shift, at_s in enumerate(reversed(kept_s), 1):
+    for shift, at_s in enumerate(reversed(equal_s), 1):
         if values[begin - shift] != values[end - shift]:
             break
         more_s += abs(times_s[end - shift] - at_s) - abs(times_s[begin - shift] - at_s)

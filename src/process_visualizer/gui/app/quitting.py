@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Quits all nodes, and then plays a recording or closes the window."""
+"""Quits all nodes, after a question if something would be lost, and then plays or closes."""
 from __future__ import annotations
 
 import time
@@ -21,7 +21,7 @@ _END_MS = 5000
 """Longest time for which the window waits for a folder, to note the end of a recording [ms]."""
 
 
-class AfterQuit(QObject):
+class Quitting(QObject):
     """Quits all nodes, and then does what was requested.
 
     It asks first if something would be lost. Otherwise it waits a moment, during which a second
