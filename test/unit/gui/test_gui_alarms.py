@@ -300,7 +300,7 @@ def test_what_the_recorder_does_not_remember_is_not_offered_for_replay(stand: St
     stand.now_s += 2.0
     stand.model.look()
     assert not replay.isEnabled()
-    assert replay.toolTip() == "Its beginning is not in the recorder's memory any more"
+    assert replay.toolTip() == "Its beginning is no longer in the recorder's memory"
 
 
 def test_nothing_is_replayed_while_no_cell_runs(stand: Stand) -> None:

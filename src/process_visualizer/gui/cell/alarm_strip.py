@@ -245,7 +245,7 @@ def _more_button(area: QScrollArea) -> QToolButton:
     return button
 
 
-_NOT_REPLAYABLE = "Its beginning is not in the recorder's memory any more"
+_NOT_REPLAYABLE = "Its beginning is no longer in the recorder's memory"
 
 
 class AlarmChip(QFrame):
