@@ -104,7 +104,7 @@ class AlignmentMethod(Enum):
     MOTION = 'the motion of the tools'
     EVENTS = 'their events'
     STATES = 'their states'
-    ANCHORS = 'the moments that the operator has aligned'
+    ANCHORS = 'moments that the operator has set'
     BEGIN = 'their start'
 
 
