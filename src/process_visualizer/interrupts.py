@@ -34,8 +34,8 @@ class StopRequested(Exception):
 class StopSignals:
     """A context in which signals do not end the program, but are noted; the handlers are restored.
 
-    Whatever must not be interrupted, such as the start of processes and their end, is done in the
-    context; whatever may be is done in `raised`.
+    Do in the context what must not be interrupted, such as starting and ending processes, and
+    everything else in `raised`.
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class StopSignals:
 
     @contextmanager
     def raised(self) -> Iterator[None]:
-        """Raise StopRequested at the first signal, or at once if it has come; ignore later ones."""
+        """Raise StopRequested at the first signal, at once if it has arrived; ignore later ones."""
         self._raises = True
         try:
             if self._is_asked:

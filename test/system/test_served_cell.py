@@ -86,7 +86,7 @@ def test_without_a_running_cell_it_says_what_to_do(ros_environment: Dict[str, st
     environment = {**ros_environment, 'ROS_MASTER_URI': f'http://localhost:{free_port()}'}
     run = CellRun(['serve', simulated_config], environment)
     assert run.wait() == 1
-    assert 'no cell runs on the ROS master' in run.text
+    assert 'no cell is running on the ROS master' in run.text
     assert 'Traceback' not in run.text
 
 

@@ -157,7 +157,7 @@ def test_a_cell_with_the_address_of_another_computer_says_so(
     wrong = {**ros_environment, 'ROS_IP': '10.77.30.99'}
     cell = run(networks, networks.cell, wrong, 'run', config, '--no-rviz', '--remote')
     try:
-        cell.wait_for_line('ROS_IP is 10.77.30.99, which is no address of this computer')
+        cell.wait_for_line('ROS_IP is 10.77.30.99, which is not an address of this computer')
         assert checked(networks, ros_environment).returncode == 1
     finally:
         end(cell)

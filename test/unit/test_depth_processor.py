@@ -130,7 +130,7 @@ def test_its_own_topic_is_the_input_if_no_other_is_named() -> None:
 def test_what_is_no_topic_is_refused_in_a_sentence(topic: object) -> None:
     node = SimulatedNode('/kinect/depth_proc')
     node.set_param('~topic', topic)
-    with pytest.raises(ValueError, match=r'a topic is expected|is no name|at most 255'):
+    with pytest.raises(ValueError, match=r'a topic is expected|is not a name|at most 255'):
         DepthProcessor(node, 'kinect')
 
 

@@ -267,7 +267,7 @@ def test_messages_that_are_missing_are_so_for_ever() -> None:
     board = board.seen(loss_conditions(True, 3, 2), 2.0).seen(loss_conditions(False, 3, 2), 5.0)
     assert texts(board) == [
         'recording: messages are missing: 3 dropped',
-        'recording: messages are missing: 3 dropped, 2 lost: still missing when the recording '
+        'recording: messages are missing: 3 dropped, 2 lost: not recovered before the recording '
         'ended, after 4.0 s']
 
 

@@ -49,13 +49,14 @@ def test_number(message, path, number):
     (Temperature(), 'deserialize', 'has no field deserialize'),
     (wrench(), 'wrench.forse.z', 'wrench has no field forse, it has force, torque; '
      'did you mean force?'),
-    (wrench(), 'wrench.force', 'no number but a group; its fields are wrench.force.x, '
+    (wrench(), 'wrench.force', 'is not a number but a submessage; its fields are wrench.force.x, '
      'wrench.force.y, wrench.force.z'),
     (Float32(), 'data.x', 'data is a number, and has no field x'),
-    (Float32(), 'data[0]', 'data is a number, and no array'),
-    (String(data='12'), 'data', 'data is a text'),
-    (String(data='12'), 'data[0]', 'data is a text, and no array'),
-    (Float32MultiArray(data=[1.0, 2.0]), 'data[2]', r'data\[2\] is not there, data has 2 elements'),
+    (Float32(), 'data[0]', 'data is not an array but a number'),
+    (String(data='12'), 'data', 'data is not a number but a string'),
+    (String(data='12'), 'data[0]', 'data is not an array but a string'),
+    (Float32MultiArray(data=[1.0, 2.0]), 'data[2]',
+     r'data\[2\] is out of range: data has 2 elements'),
     (Float32MultiArray(data=[1.0, 2.0]), 'data', r'an array of 2 elements; write data\[0\]'),
     (UInt8MultiArray(data=b''), 'data[0]', 'data has 0 elements'),
     (poses(), 'poses.position', 'poses is an array of 2 elements'),
@@ -69,7 +70,7 @@ def test_what_is_there_instead(message, path, problem):
 @pytest.mark.parametrize('path', ['', '.', 'data.', '[0]', 'data[-1]', 'data[x]', 'data[1', 'a b',
                                   'data[]', '_type', '__class__', 'x.__dict__', 'data\n'])
 def test_what_is_no_path(path):
-    with pytest.raises(ValueError, match='is no field; write a path'):
+    with pytest.raises(ValueError, match='is not a valid field path; write a path'):
         FieldPath(path)
 
 

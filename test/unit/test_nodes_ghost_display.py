@@ -254,5 +254,5 @@ def test_a_request_that_would_overflow_or_names_nothing_is_refused(scene: Scene)
     request.robots[0].there = [1e308] * len(TIMES_S)
     answer = scene.node.call('~show', request)
     assert not answer.success and 'out of range' in answer.message
-    assert 'is no name' in scene.show((track('a\x1b[31m'),))
+    assert 'is not a name' in scene.show((track('a\x1b[31m'),))
     assert scene.show((track(),)) == ''

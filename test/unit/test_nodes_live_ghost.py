@@ -198,11 +198,11 @@ def test_what_cannot_be_followed_is_told(cell: Cell) -> None:
     assert 'no robot of the reference has a tool' in cell.follow(
         LiveReference((track._replace(tool=''),)))
     bad = REFERENCE.events[0].event
-    assert 'is no field' in cell.follow(LiveReference((track,), (ReferenceEvent(
+    assert 'is not a valid field path' in cell.follow(LiveReference((track,), (ReferenceEvent(
         ProcessEvent(bad.name, bad.topic, 'a..b', 0.0, True, 0.0, HERE), ()),)))
     assert 'topic: ' in cell.follow(LiveReference((track,), (ReferenceEvent(
         ProcessEvent(bad.name, '/\x1b', 'data', 0.0, True, 0.0, HERE), ()),)))
-    assert 'is no name' in cell.follow(LiveReference((track._replace(device='arm\n'),)))
+    assert 'is not a name' in cell.follow(LiveReference((track._replace(device='arm\n'),)))
     cell.node.advance(1.0)
     assert cell.phases == []
 

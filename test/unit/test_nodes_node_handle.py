@@ -37,13 +37,13 @@ def test_a_name_that_rospy_would_repeat_for_ever_is_refused(name: str) -> None:
     """A subscriber with it kept the lock that all others of the node need."""
     node = NodeHandle()
     for use in (lambda: node.subscribe(name, AnyMsg, lambda _: None), lambda: node.param(name)):
-        with pytest.raises(ValueError, match='is no name of a topic|has 1000 characters'):
+        with pytest.raises(ValueError, match='is not a name of a topic|has 1000 characters'):
             use()
 
 
 @pytest.mark.parametrize(('name', 'reason'), [
     pytest.param('x' * 1_000_000, 'joints has 1000000 characters; at most 255', id='long'),
-    ('a\nb', r"joints: 'a\nb' is no name")])
+    ('a\nb', r"joints: 'a\nb' is not a name")])
 def test_a_request_with_what_is_no_name_is_refused_in_a_sentence(name: str, reason: str) -> None:
     node = SimulatedNode()
     node.serve('~show', ShowGhost, lambda _: pytest.fail('it is handled'))

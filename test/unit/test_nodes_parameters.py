@@ -41,7 +41,7 @@ def test_an_arrow_may_shrink_to_nothing():
     ({'marker_rate': 'fast'}, 'marker_rate: a number'),
     ({'marker_rate': True}, 'marker_rate: a number'),
     ({'velocity_window': float('nan')}, 'velocity_window: a number'),
-    ({'tool_frame': 3}, 'tool_frame: a text'),
+    ({'tool_frame': 3}, 'tool_frame: a string'),
     ({'arrows': {'force': {'color': 'red'}}}, 'arrows/force/color: three or four numbers'),
     ({'arrows': {'force': {'color': 3}}}, 'arrows/force/color: three or four numbers'),
     ({'arrows': {'force': {'color': [0, 0, 255]}}}, 'arrows/force/color: three or four numbers'),

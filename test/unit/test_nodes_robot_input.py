@@ -111,7 +111,7 @@ def test_ros_time_that_stands_still_or_goes_back_is_named(robot: RobotStage) -> 
     def stand_still(_time_s: float) -> None:
         node.ros_offset_s = begin_s - node.now_s
     robot.run(1.5, stand_still, drive)
-    assert robot.warnings('s: a message on /s/tool is shown, but ROS time stands still')
+    assert robot.warnings('s: a message on /s/tool is shown, but ROS time is not advancing')
     robot.run(6.0, drive)
     assert robot.text() == 'v 0.100 m/s'
     node.ros_offset_s -= 100.0

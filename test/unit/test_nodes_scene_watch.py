@@ -221,7 +221,7 @@ def test_a_cloud_that_stays_away_is_told_outside_of_the_scene_too(watch: Watch) 
                 and {value.key: value.value for value in it.values}.get(STALE_POINTS_KEY) == 'c']
 
     assert told(1.5) == []
-    assert set(told(2.5)) == {'no cloud comes; the points in the picture are out of date'}
+    assert set(told(2.5)) == {'no cloud is arriving; the points in the picture are out of date'}
     [first, *_] = [it for sent in watch.node.sent('/diagnostics') for it in sent.status]
     assert {it.key: it.value for it in first.values}['for_s'] == '2.5', 'since the last cloud'
     watch.wait(10.0)  # the depth processor is gone: still no cloud arrives
@@ -236,7 +236,7 @@ def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> Non
     assert watch.node.log == 2 * [('warn', 'scene_watch: the master does not answer: no master')]
     assert watch.words() == ''
     assert watch.words('the cell') == (
-        'the cell: the ROS master is not responding; robots may stand still')
+        'the cell: the ROS master is not responding; robots may freeze')
     watch.processes.is_master_there = True
     watch.wait(3.0)
     assert watch.words('the cell') == ''

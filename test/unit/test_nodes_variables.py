@@ -111,7 +111,7 @@ def test_parameters():
     ({'topic': 'a b'}, r'variables\[0\]/topic: the name of a topic'),
     ({'topic': '/a//b'}, r'variables\[0\]/topic: the name of a topic'),
     ({'frame': ''}, r'variables\[0\]/frame: a name'),
-    ({'frame': 3}, r'variables\[0\]/frame: a text'),
+    ({'frame': 3}, r'variables\[0\]/frame: a string'),
     ({'field': 'data['}, r'variables\[0\]/field: a field such as data'),
     ({'axis': [0, 0, 0]}, r'variables\[0\]/axis: a direction'),
     ({'axis': 'x'}, r'variables\[0\]/axis: a list of three numbers'),
@@ -379,7 +379,7 @@ def test_a_type_that_changes() -> None:
 @pytest.mark.parametrize('message, problem', [
     (Float32(float('nan')), 'its value is nan'),
     (Float32(float('-inf')), 'its value is -inf'),
-    (String('fast'), 'data is a text'),
+    (String('fast'), 'data is not a number but a string'),
     (Odd(), 'the message type odd_msgs/Odd is not known'),
 ])
 def test_bad_message_leaves_the_last_good_state(message: Any, problem: str) -> None:

@@ -105,6 +105,6 @@ def test_scene(age_topic: str, stale_after_s: float) -> None:
 
 @pytest.mark.parametrize('values', [[{'a': 1}], [['a']], {'a': {'b': 'c'}}, 5, ['x' * 10_000, 1]])
 def test_what_is_no_group_of_texts_is_told_in_a_line(values: Any) -> None:
-    with pytest.raises(ParameterError, match='/node/nodes: a group of texts') as caught:
+    with pytest.raises(ParameterError, match='/node/nodes: a dictionary of strings') as caught:
         Parameters({'nodes': values}, '/node').texts('nodes')
     assert len(str(caught.value)) < 300

@@ -299,7 +299,7 @@ class BagFile:
         try:
             head = self.head_at(len(MAGIC))
             if operation(head.fields) != OP_BAG_HEADER:
-                raise RecordError('another record stands in its place')
+                raise RecordError('another record is in its place')
             self._check_encryption(head.fields)
             return BagHeader(number(head.fields, b'index_pos', 8),
                              number(head.fields, b'conn_count'),

@@ -257,7 +257,7 @@ def _check_summary(file: BagFile, position: int) -> None:
     """
     if (position < file.size
             and operation(file.head_at(position).fields) not in (OP_CONNECTION, OP_CHUNK_INFO)):
-        raise RecordError('something else stands in its place')
+        raise RecordError('something else is in its place')
 
 
 def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:
@@ -276,7 +276,7 @@ def _index_of_chunk(file: BagFile, info: ChunkInfo, end: int) -> List[Tuple[int,
     messages = sum(count for _, count in info.counts)
     size = messages * INDEX_ENTRY_BYTES + len(info.counts) * _INDEX_HEAD_BYTES
     if head.end > end:
-        raise RecordError('the chunk goes on into the next one')
+        raise RecordError('the chunk overlaps the next one')
     if messages * INDEX_ENTRY_BYTES > end - head.end:
         raise RecordError('it lists more messages than there is room for')
     block = memoryview(file.read(head.end, min(size, end - head.end)))
@@ -298,7 +298,7 @@ def _index_head(header: bytes) -> Tuple[int, int]:
     """Return connection id and number of entries of an index record; most headers are repeated."""
     fields = fields_of(header)
     if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
-        raise RecordError('no index record of version 1 stands here')
+        raise RecordError('there is no index record of version 1 here')
     return number(fields, b'conn'), number(fields, b'count')
 
 

@@ -104,7 +104,7 @@ def _parse_field(owner: str, line: str) -> Field:
     words = line.split()
     matched = _TYPE.fullmatch(words[0])
     if len(words) != 2 or not matched or not _NAME.fullmatch(words[1]):
-        raise DefinitionError(f'{owner}: this is no field: {line[:60]!r}')
+        raise DefinitionError(f'{owner}: this is not a field: {line[:60]!r}')
     base, array, length = matched.groups()
     return Field(words[1], _full_name(owner, base), array is not None,
                  int(length) if length else None)

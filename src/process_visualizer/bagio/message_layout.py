@@ -375,5 +375,5 @@ def packed(stamp_ns: int) -> bytes:
         ValueError: the time is outside the range of ROS times.
     """
     if not 0 <= stamp_ns <= _MAX_STAMP_NS:
-        raise ValueError(f'{stamp_ns} ns is no ROS time')
+        raise ValueError(f'{stamp_ns} ns is not a ROS time')
     return _STAMP.pack(*divmod(stamp_ns, NS_PER_S))

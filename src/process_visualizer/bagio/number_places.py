@@ -49,8 +49,8 @@ class FieldPath:
         for part in text.split('.'):
             match = _PART.match(part)
             if match is None:
-                raise ValueError(f'{text!r} is no field; write a path such as data, data[2] '
-                                 'or wrench.force.z')
+                raise ValueError(f'{text!r} is not a valid field path; write a path such as data, '
+                                 'data[2] or wrench.force.z')
             self._steps.append(match.group(1))
             self._steps += [int(index) for index in _INDEX.findall(match.group(2))]
 
@@ -77,7 +77,7 @@ class FieldPath:
             here += f'[{step}]' if isinstance(step, int) else f'.{step}' if here else step
         if isinstance(value, (int, float)):  # a bool is an int too
             return value + 0
-        raise ValueError(f'{here} is {_describe(value, here)}')
+        raise ValueError(f'{here} is not a number but {_describe(value, here)}')
 
 
 def _field(value: Any, here: str, name: str) -> Any:
@@ -94,9 +94,9 @@ def _field(value: Any, here: str, name: str) -> Any:
 
 def _element(value: Any, here: str, index: int) -> Any:
     if not _is_array(value):
-        raise ValueError(f'{here} is {_describe(value, here)}, and no array')
+        raise ValueError(f'{here} is not an array but {_describe(value, here)}')
     if index >= len(value):
-        raise ValueError(f'{here}[{index}] is not there, {here} has {len(value)} elements')
+        raise ValueError(f'{here}[{index}] is out of range: {here} has {len(value)} elements')
     return value[index]
 
 
@@ -104,11 +104,11 @@ def _describe(value: Any, here: str) -> str:
     if isinstance(value, (int, float)):
         return 'a number'
     if isinstance(value, str):
-        return 'a text'
+        return 'a string'
     if _is_array(value):
         return f'an array of {len(value)} elements; write {here}[0] for the first'
     fields = ', '.join(f'{here}.{name}' for name in _names(value))
-    return f'no number but a group; its fields are {fields}'
+    return f'a submessage; its fields are {fields}'
 
 
 def _is_array(value: Any) -> bool:

@@ -46,7 +46,7 @@ def last_json(recording: Recording, topic: str) -> Optional[Dict[str, Any]]:
         try:
             return _json_object(message.text)
         except ValueError as error:
-            recording.note(position, f'it is no JSON object: {error}')
+            recording.note(position, f'it is not a JSON object: {error}')
     return None
 
 
@@ -59,7 +59,7 @@ def recorded_configuration(recording: Recording) -> Optional[StoredConfiguration
         try:
             return stored_configuration(_json_object(message.text))
         except ValueError as error:
-            recording.note(position, f'it is no configuration: {error}')
+            recording.note(position, f'it is not a configuration: {error}')
     return None
 
 

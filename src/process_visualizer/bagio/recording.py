@@ -411,5 +411,5 @@ def _stood_still(holes_s: np.ndarray) -> Iterator[str]:
         minutes, seconds = divmod(begin_s, 60.0)
         longest = '' if len(holes_s) == 1 else f'{len(holes_s)} times, the longest time '
         yield (f'nothing was recorded {longest}for {end_s - begin_s:.1f} s from '
-               f'{minutes:.0f}:{seconds:04.1f} on; if the recorder or its computer stood still '
-               'then, messages that came just after are late')
+               f'{minutes:.0f}:{seconds:04.1f} on; if the recorder or its computer had stopped, '
+               'messages that arrived just afterwards are late')

@@ -73,7 +73,7 @@ def _pose_of_transform(transform: Values) -> Pose:
     quaternion = np.array([float(turned[axis]) for axis in 'xyzw'])
     length = float(np.linalg.norm(quaternion))
     if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_NORM:
-        raise ValueError('a transform is not finite, or no rotation')
+        raise ValueError('a transform is not finite, or not a rotation')
     yaw, pitch, roll = ypr_from_matrix(matrix_from_quaternion(quaternion / length)).tolist()
     return Pose((x, y, z), (yaw, pitch, roll))
 

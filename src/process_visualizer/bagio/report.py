@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The report on a recording: contents, losses, completeness; as text for people, and as JSON."""
+"""The report on a recording; decides whether it is complete (verdict); as text and as JSON."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gaps in the stream of a topic, from the times and sequence numbers of its messages."""
+"""Decides where messages of a topic are missing, from their times and sequence numbers."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Tuple

@@ -113,7 +113,7 @@ def advice(word: str, names: Iterable[str]) -> str:
 def root_as_global_frame(device: str, root: str) -> str:
     """Return what to do about a model whose root link has the name of the global frame."""
     return (f'as that is the global frame, write prefix="{device}_" in <model> and '
-            f'frame="{device}_{root}" in <base>, or call the global frame otherwise: '
+            f'frame="{device}_{root}" in <base>, or rename the global frame: '
             '<visualizer frame="cell">')
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rules that involve several elements of a configuration."""
+"""Checks rules that involve several elements of a configuration, such as unique names."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
@@ -125,9 +125,9 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
 def _no_password(machine: Parsed) -> str:
     user, address = machine.values['user'], machine.values['address']
     whom = f'{user}@{address}' if user and address else 'USER@ADDRESS'
-    return ('the attribute "password" is not accepted: it would stand in launch files, parameters '
-            f'and recordings; remove it, and let SSH use a key ("ssh-copy-id {whom}", with an '
-            'agent: "ssh-add")')
+    return ('the attribute "password" is not accepted: it would be visible in launch files, '
+            f'parameters and recordings; remove it, and let SSH use a key ("ssh-copy-id {whom}", '
+            'with an agent: "ssh-add")')
 
 
 def check_node(node: Node, problems: ProblemList) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The trust in a configuration, by its origin and the packages that the user trusts."""
+"""Decides whether a configuration is trusted, by its origin and the user's list of packages."""
 from __future__ import annotations
 
 import os

@@ -330,7 +330,7 @@ def _angle(loader: Any, node: Any, opening: str, unit: float) -> float:
             raise ValueError
         return unit * _number(ast.parse(inner.strip(), mode='eval').body)
     except (ValueError, SyntaxError, ArithmeticError):
-        raise ValueError(f'"{inner[:_MAX_ANGLE]}" is no angle; write one such as deg(90) or '
+        raise ValueError(f'"{inner[:_MAX_ANGLE]}" is not an angle; write one such as deg(90) or '
                          'rad(pi/2)') from None
 
 

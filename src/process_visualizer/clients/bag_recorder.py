@@ -119,7 +119,7 @@ class BagRecorder(NodeClient[RecorderState]):
     def watch(self, topics: Sequence[str]) -> None:
         """Keep the last seconds of exactly these topics in memory from now on.
 
-        What is in memory stays.
+        The contents of the memory stay.
 
         Raises:
             RecorderError: a recording is in progress, or the recorder does not answer.

@@ -83,13 +83,13 @@ class Connector:
         try:
             self._handler._connect_topic(topic, uri)
         except (MemoryError, RuntimeError) as error:
-            self._drop_unbegun(topic, uri)
+            self._remove_unstarted(topic, uri)
             self._connect_later(topic, error)
         except Exception as error:
             rospy.logdebug('no connection to %s for %s: %s', uri, topic, error)
 
-    def _drop_unbegun(self, topic: str, uri: str) -> None:
-        """Drop a connection whose thread could not be started: it would count as connected."""
+    def _remove_unstarted(self, topic: str, uri: str) -> None:
+        """Remove a connection whose thread could not be started: it would count as connected."""
         subscription = get_topic_manager().get_subscriber_impl(topic)
         for it in [] if subscription is None else subscription.connections[:]:
             if it.endpoint_id == uri and it.socket is None:

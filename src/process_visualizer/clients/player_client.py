@@ -51,7 +51,7 @@ class PlayerClient(NodeClient[PlayerState]):
         self._wait_for_service(_LAST_OFFERED, timeout_s, 'bag_player FILE')
 
     def play(self) -> str:
-        """Play on; at the end, start over."""
+        """Continue to play; at the end, start over."""
         return self._call('play')
 
     def pause(self) -> str:

@@ -92,8 +92,8 @@ _COMMANDS = {
     'export': 'write runs for other programs: numbers as a table (CSV, Parquet), or a run as MCAP',
     'film': 'make a film of runs: robots, arrows, curves, verdict at each moment',
     'picture': 'the same as one picture',
-    'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
-                   'if one is elsewhere now',
+    'calibration': 'print the poses of the devices when a bag was recorded and now; exit code 2 '
+                   'if one has moved',
     'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
     'expect': 'print what a depth sensor of the running cell sees now, as <expected> boxes; '
               '--write adds them to the configuration',

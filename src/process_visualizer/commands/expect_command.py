@@ -48,10 +48,10 @@ def execute_expect(options: argparse.Namespace, arguments: Mapping[str, str]) ->
     elif options.write:
         saved = editor.save_expected(options.sensor, found.boxes)
         assert saved is not None, 'there is a box'
-        say(f'{saved.file}: {len(found.boxes)} added; as it was before: {saved.backup}. '
+        say(f'{saved.file}: {len(found.boxes)} added; backup: {saved.backup}. '
             f'Restart {options.sensor} to use it; in the launcher: Reload, Apply')
     else:
-        say('nothing is written; --write adds it to the file')
+        say('dry run; --write adds it to the file')
     return 0
 
 

@@ -45,7 +45,7 @@ _NOT_OFFERED = {
     ('-l', '--limit'): 'end a recording with --duration or --size',
     ('--chunksize',): 'a chunk has 1 MB, or what arrives in half a second',
     ('--udp',): 'messages lost on the way would go unnoticed',
-    ('-p', '--publish'): 'the topic ~state of the recorder says when it records',
+    ('-p', '--publish'): 'the topic ~state of the recorder shows when it records',
 }
 
 
@@ -121,7 +121,7 @@ def _add_file(group: 'argparse._ArgumentGroup') -> None:
     group.add_argument('-o', '--output-prefix', '--prefix', dest='prefix', default='',
                        help='the bag is named PREFIX_DATE.bag')
     group.add_argument('-O', '--output-name', '--name', dest='name', default='',
-                       help='or NAME.bag; never overwrites')
+                       help='or NAME.bag; existing files are never overwritten')
     group.add_argument('--lz4', action='store_true', help='compress')
     group.add_argument('-q', '--quiet', action='store_true', help='report only problems')
     group.add_argument('-b', '--buffsize', metavar='MB', type=_count,

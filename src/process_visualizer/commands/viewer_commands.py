@@ -46,7 +46,7 @@ def add_view_options(command: argparse.ArgumentParser) -> None:
                          help='the computer on which the cell runs, or HOST:PORT (default: that of '
                               'ROS_MASTER_URI)')
     command.add_argument('--check', action='store_true',
-                         help='only say whether the cell can be watched, and what is in the way')
+                         help='only check whether the cell can be watched, and report obstacles')
     command.add_argument('--no-rviz', action='store_true',
                          help='without RViz: topics and models for other programs, on a ROS master '
                               'of its own, which is printed')
@@ -171,8 +171,8 @@ def execute_serve(options: argparse.Namespace, arguments: Dict[str, str]) -> int
 def _check_that_it_runs(config: str) -> None:
     from process_visualizer.serving.cell_link import CELL_NODES
     if not any(is_registered(name) for name in CELL_NODES):
-        raise ValueError(f'no cell runs on the ROS master {rosgraph.get_master_uri()}; start it '
-                         f'with "cell run {config}" or the launcher, then this command')
+        raise ValueError(f'no cell is running on the ROS master {rosgraph.get_master_uri()}; start '
+                         f'it with "cell run {config}" or the launcher, then this command')
 
 
 def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLContext]:
@@ -185,8 +185,8 @@ def _tls(certificate: Optional[str], key: Optional[str]) -> Optional[ssl.SSLCont
     try:
         context.load_cert_chain(certificate, key, password=lambda: '')
     except ssl.SSLError as error:
-        raise ValueError(f'{certificate} and {key or "the key in it"} are no certificate and key '
-                         f'in PEM that belong together ({error.reason or error}); a key must not '
+        raise ValueError(f'{certificate} and {key or "the key in it"} are not a matching '
+                         f'certificate and key in PEM ({error.reason or error}); a key must not '
                          'have a password') from None
     except OSError as error:
         raise OSError(error.errno, f'{certificate if key is None else f"{certificate} or {key}"}: '
@@ -234,7 +234,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
         link = CellLink(live, cell.devices, clock)
     except (rospy.ROSException, rosgraph.MasterException) as error:
         raise ValueError(f'the ROS master at {rosgraph.get_master_uri()} has refused the page '
-                         f'({error}); start it again') from None
+                         f'({error}); restart "cell serve"') from None
 
     def tick() -> None:
         live.wants_clouds = web.has_clouds
@@ -270,7 +270,7 @@ def _listen(web: 'object', address: str, port: int, context: Optional[ssl.SSLCon
         web.listen(address, port, context)  # type: ignore[attr-defined]
     except OSError as error:
         reasons = {errno.EADDRINUSE: f'another program has port {port}; choose another --port',
-                   errno.EADDRNOTAVAIL: 'that is no address of this computer',
+                   errno.EADDRNOTAVAIL: 'that is not an address of this computer',
                    errno.EACCES: 'ports below 1024 are for root; choose another --port'}
         raise OSError(error.errno, f'the page cannot be served at {address}: '
                       f'{reasons.get(error.errno or 0, error.strerror or error)}') from None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sources of a cell's curves: the process variables that are drawn, and how."""
+"""Decides which process variables of a cell are drawn as curves, and in which colors."""
 from __future__ import annotations
 
 from enum import Enum

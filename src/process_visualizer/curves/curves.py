@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small curves of the process variables over a whole recording, for the timeline."""
+"""Small curves of the process variables, and their alarms, over a whole recording."""
 from __future__ import annotations
 
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
@@ -18,7 +18,7 @@ from process_visualizer.robot.limit_alarms import limit_alarms
 MAX_PER_COLUMN, MAX_MESSAGES = 500, 750_000
 """Maximum messages read from a topic: per column of its curve on average, and in total."""
 _MIN_COLUMNS, _MAX_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
-_MAX_INTERVALS = 5000  # intervals between messages that show the habit of a topic
+_MAX_INTERVALS = 5000  # intervals between messages that show how a topic is usually sent
 _HELD_INTERVALS, _HELD_S = 4, 0.3  # usual intervals, or time [s], for which a column's value holds
 _MISSING = 2.5  # number of usual intervals without a message that makes a gap
 

@@ -10,7 +10,7 @@ _FAR_FROM_ZERO = 0.6  # share of the farthest value: if all values are beyond it
 _KEPT_SHARE = 0.3  # share of the old scale: the scale stays while the values need this much of it
 _NEAR_SHARE = 0.5  # share of the values' span: a limit within this distance is shown, too
 _ROOM = 1.2  # end of the scale of a constant value, as a multiple of it: off the edge
-_MAX_VALUE, _MIN_VALUE = 1e300, 1e-290  # numbers beyond these are no measurements
+_MAX_VALUE, _MIN_VALUE = 1e300, 1e-290  # numbers beyond these are not measurements
 _RESOLUTION = 1e-9  # share of the largest value: the shortest span that can be represented
 _MAX_NUMBER = 5  # digits before or after the point; longer numbers have an exponent
 

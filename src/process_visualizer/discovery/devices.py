@@ -194,7 +194,7 @@ def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names
         device.add('node', {'ifstate': 'playback', 'pkg': 'tf2_ros',
                             'type': 'static_transform_publisher', 'name': f'frame_{number}',
                             'args': f'{values} {moved.parent} {child}'},
-                   'moved while it was looked at, which a fixed transform does not' * moved.changes,
+                   'moved while it was observed, which a fixed transform does not' * moved.changes,
                    active=not moved.changes)
 
 
@@ -349,7 +349,7 @@ def _one_digit(value: float) -> float:
 ROOT_DEVICE = 'sensors'
 """Name of the device for topics without a namespace."""
 _VARIABLES = 'numbers that may be process variables: remove those that are not'
-_CONSTANT = 'did not change while it was looked at'
+_CONSTANT = 'did not change while it was observed'
 _DRAWN = ('LaserScan', 'Path', 'Odometry', 'PointCloud', 'Polygon', 'PoseArray', 'GridCells',
           'Map', 'Marker', 'MarkerArray', 'PoseWithCovariance', 'PointStamped')
 _DISPLAYS = {DISPLAY_TYPES[name].message_type: name for name in _DRAWN}
@@ -522,7 +522,7 @@ class BasePlaces:
         """Return advice about unknown poses."""
         if not self._unknown:
             return []
-        return ['Devices whose place is not known stand in a row: write xyz in m and ypr (yaw '
+        return ['Devices with an unknown place are put in a row: write xyz in m and ypr (yaw '
                 'pitch roll) in rad in their <base>, or use the tab Calibration of the launcher.']
 
     def of(self, frame: str) -> Tuple[Pose, bool]:

@@ -81,7 +81,7 @@ _WIDTH = 96
 def draft_text(draft: Draft) -> str:
     """Return the text of the file."""
     frame = '' if draft.frame == DEFAULT_FRAME else f' frame={quoteattr(draft.frame)}'
-    head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
+    head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and check each '
             'comment.', *draft.remarks]
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),
              f'<visualizer{frame}>']

@@ -246,8 +246,8 @@ class ModelEvidence:
         lengths = [it.lengths_m(self._seen.transforms) for it in fits]
         return (_decided(models, lengths, 'its links are as far apart as on tf')
                 or self._by_motion(topic, models, fits) or self._by_names(topic, models)
-                or ModelChoice(0, f'nothing seen tells it from {_files(models[1:])}, which '
-                               'have the same joints: is this the right model?'))
+                or ModelChoice(0, f'nothing observed distinguishes it from {_files(models[1:])}, '
+                               'which have the same joints: is this the right model?'))
 
     def _by_motion(self, topic: SeenTopic, models: Sequence[FoundModel],
                    fits: Sequence[ModelFit]) -> Optional[ModelChoice]:

@@ -417,7 +417,7 @@ def write_new(new: NewConfiguration, path: str,
     for file in texts if may_overwrite is not None else ():
         if file not in (may_overwrite or ()) and os.path.lexists(file) and (
                 file == path or not _holds(file, texts[file])):
-            raise FileExistsError(f'"{file}" is there already')
+            raise FileExistsError(f'"{file}" already exists')
     for file, text in reversed(list(texts.items())):
         if file != path and os.path.dirname(file) != folder:
             os.makedirs(os.path.dirname(file), exist_ok=True)

@@ -343,7 +343,7 @@ def proposed_process(known: Sequence[StateNumber]) -> Optional[Process]:
         if phase.name in waits:
             attributes['wait'] = 'true'
             comment = (f'It took {phase.took_s.min():.1f} to {phase.took_s.max():.1f} s: as if the '
-                       'process waited. What may take any time is not judged by its duration.')
+                       'process waited. The duration of a wait is not judged.')
         elements.append(DraftElement('phase', attributes, comment))
     return Process(tuple(elements), tuple(known),
                    f'{count}, from "{span.begin.name}" to "{span.end.name}"')
@@ -354,8 +354,8 @@ def _about_run(count: str, differing: Dict[str, StateNumber]) -> str:
     if 'group' in differing:
         text += ' Only runs of the same group are compared; remove it if all are to be the same.'
     if 'place' in differing:
-        text += (' Where the tools are is compared with runs of the same place; remove that if '
-                 'they are to be at the same places in all.')
+        text += (' Tool positions are compared with runs of the same place; remove that if they '
+                 'are to be the same in all runs.')
     return text
 
 

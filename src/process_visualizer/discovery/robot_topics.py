@@ -369,7 +369,7 @@ class ToolTransforms:
         if comment:
             return ToolTransform(best.frame, best.chain, False, f'a guess: {comment}')
         return ToolTransform(best.frame, best.chain, True, '' if best.moves else
-                             'by its name: it did not move while it was looked at')
+                             'by its name: it did not move while it was observed')
 
     def _doubt(self, found: List[_Candidate], number: int) -> str:
         """Return why the first candidate is only a guess; '' if it is certain."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The extent of a cell and of its models, which the initial view must show."""
+"""Decides what the initial view must show: the extent of the cell and of its models."""
 from __future__ import annotations
 
 import functools

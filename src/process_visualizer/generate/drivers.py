@@ -113,7 +113,7 @@ def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, st
     names = [node.namespace + node.name for node in nodes]
     for name in names:
         if name in owners:
-            raise _UnusableError(f'its node {name} is started by {owners[name]} already')
+            raise _UnusableError(f'its node {name} is already started by {owners[name]}')
     owners.update(dict.fromkeys(names, owner))
 
 

@@ -34,7 +34,7 @@ def frame_problems(devices: Iterable[Device],
               for link in description.parents}
     return [Problem(place.location, place.element,
                     f'the frame "{place.frame}" is a link of the model of "{owners[place.frame]}", '
-                    'which says where it is; choose another name')
+                    'which determines its place; choose another name')
             for place in _placed(devices) if place.frame in owners]
 
 
@@ -57,8 +57,8 @@ def joint_warnings(devices: Iterable[Device],
     """Return a warning for each robot whose model has joints, but no topic that moves them."""
     return [Problem(device.location, 'device',
                     f'no topic of "{device.name}" has the type "joint_states", so its model does '
-                    'not move; write <topic name="…" type="joint_states" /> for what its driver '
-                    'publishes')
+                    'not move; add a <topic name="…" type="joint_states" /> for the topic that '
+                    'its driver publishes')
             for device in devices
             if device.type is DeviceType.ROBOT and device.name in descriptions
             and descriptions[device.name].joints
@@ -128,7 +128,7 @@ def _joints(descriptions: Iterable[RobotDescription]) -> Dict[str, str]:
 
 def _advice(frame: str, known: Set[str], joints: Mapping[str, str]) -> str:
     if frame in joints:
-        return f'"{frame}" is a joint and no frame; did you mean its link "{joints[frame]}"?'
+        return f'"{frame}" is a joint, not a frame; did you mean its link "{joints[frame]}"?'
     meant = _likely_name(frame, known)
     text = f'no model, <base>, <tool> or <force> has the frame "{frame}"'
     return f'{text}; ' + (f'did you mean "{meant}"?' if meant is not None else

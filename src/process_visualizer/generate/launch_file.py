@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The roslaunch file for a choice of devices and a mode."""
+"""Decides what the roslaunch file contains: the nodes of devices, recorder, player and RViz."""
 from __future__ import annotations
 
 import os

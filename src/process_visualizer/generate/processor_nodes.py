@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The nodes that the program itself starts for a device, with their parameters."""
+"""Decides which nodes the program itself starts for a device, and their parameters."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field

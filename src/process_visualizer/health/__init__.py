@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""States of running devices, nodes and topics, for the operator (no Qt)."""
+"""Decides what is wrong in a cell: alarms, and states of devices, nodes and topics (no Qt)."""

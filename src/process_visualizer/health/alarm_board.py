@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms and events of a cell, both derived from its present conditions."""
+"""Turns the present conditions of a cell into alarms and events: order, end, acknowledgment."""
 from __future__ import annotations
 
 import time
@@ -32,8 +32,8 @@ class Condition(NamedTuple):
     [s since the epoch], if known; alarms of a recording have a ``position_s``, where they begin in
     the recording. ``is_clause`` is set if the source is the subject of the text. ``end`` describes
     the end of the condition in the event. A latched condition remains an alarm after its end, until
-    it is acknowledged. ``told_by`` names the values that show whether the condition persists; it is
-    empty if the condition is not about values. ``excess`` ranks several occurrences by severity.
+    it is acknowledged. ``reported_by`` names the values that show whether the condition persists;
+    it is empty if the condition is not about values. ``excess`` ranks occurrences by severity.
     ``times`` is how often the condition has begun (0: unknown), so that an unobserved end is
     noticed.
     """
@@ -50,7 +50,7 @@ class Condition(NamedTuple):
     is_clause: bool = False
     end: str = 'over'
     is_latched: bool = False
-    told_by: Tuple[str, ...] = ()
+    reported_by: Tuple[str, ...] = ()
     name: str = ''
     excess: float = 0.0
     times: int = 0

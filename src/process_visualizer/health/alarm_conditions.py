@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Conditions that become alarms: dead nodes, silent topics, values beyond limits, losses."""
+"""Turns the reports of nodes, topics and variables into alarm conditions, with their texts."""
 from __future__ import annotations
 
 import math
@@ -122,7 +122,7 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
     """
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
-                      is_latched=True, told_by=(it.node, it.text),
+                      is_latched=True, reported_by=(it.node, it.text),
                       excess=_number(it.values.get(EXCESS_KEY, '')),
                       times=int(_number(it.values.get(TIMES_KEY, ''))))
             for it in warnings if LIMIT_KEY in it.values]
@@ -187,26 +187,26 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning],
     of the warnings was 0.
     """
     return [Condition(device, 'points', it.text, Level.WARNING, (Action.RESTART_DEVICE,), device,
-                      since_s=it.since_s + epoch_s, end='clouds come again')
+                      since_s=it.since_s + epoch_s, end='clouds are arriving again')
             for it in warnings if it.values.get(STALE_POINTS_KEY) == device]
 
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
-                     told: Iterable[Condition] = ()) -> List[Condition]:
+                     reported: Iterable[Condition] = ()) -> List[Condition]:
     """Return conditions for nodes, and the master, that do not answer this program.
 
     Args:
         mode: the mode of the running cell.
         look: result of asking nodes and master.
         parts: the part of the cell to which a node belongs, by the node's name.
-        told: conditions that nodes have already reported; these nodes are not reported again.
+        reported: conditions that nodes have already reported; these nodes are not reported again.
     """
-    said, titles = {it.node for it in told}, part_titles(mode)
+    already_reported, titles = {it.node for it in reported}, part_titles(mode)
     found: List[Condition] = []
     if look.master_problem:
         found.append(Condition(MASTER, look.master_problem, look.master_problem, Level.BAD,
                                is_clause=True))
-    for name in sorted(look.silent - said):
+    for name in sorted(look.silent - already_reported):
         part = parts.get(name, FRAMES_PART)
         source = titles.get(part, part)
         is_alone = part in (RVIZ_PART, BAG_PART)
@@ -225,7 +225,7 @@ def lost_master(is_other: bool) -> Condition:
     """
     text = 'was restarted' if is_other else _SILENT
     return Condition(MASTER, MASTER_OTHER if is_other else MASTER_SILENT,
-                     f'{text}; the launcher must start again: "Launch nodes" offers it', Level.BAD,
+                     f'{text}; restart the launcher ("Launch nodes" offers this)', Level.BAD,
                      is_clause=True)
 
 
@@ -251,7 +251,7 @@ def object_conditions(device: str, near: Iterable[NearObject],
         number = it.seen.number
         condition = Condition(device, f'object {number}', f'object {number} is {it.seen.place()}',
                               it.level, (Action.REPLAY,), since_s=it.since_s,
-                              told_by=(device,))
+                              reported_by=(device,))
         if played is not None:
             begun_s = played.begun_s(device, number)
             if begun_s is None:
@@ -274,7 +274,7 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
         departed: device, label, distance to the band in words, and start [s since the epoch], each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
-                      since_s=since_s, told_by=(device, label), name=f'{label} out of range')
+                      since_s=since_s, reported_by=(device, label), name=f'{label} out of range')
             for device, label, text, since_s in departed]
 
 
@@ -286,7 +286,7 @@ def end_words(condition: Condition, lost: Collection[Tuple[str, ...]]) -> str:
 
     ``lost`` are values that no longer arrive: whether their conditions persist is unknown.
     """
-    return NO_DATA if condition.told_by and condition.told_by in lost else condition.end
+    return NO_DATA if condition.reported_by and condition.reported_by in lost else condition.end
 
 
 def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:
@@ -295,7 +295,7 @@ def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Conditi
     if not is_recording or not words:
         return []
     return [Condition('recording', 'losses', f'messages are missing: {", ".join(words)}',
-                      Level.WARNING, end='still missing when the recording ended,')]
+                      Level.WARNING, end='not recovered before the recording ended,')]
 
 
 def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a device for the operator: nodes and topics in one line."""
+"""Decides the state of a device, its nodes and topics (good, warning, bad), and its short text."""
 from __future__ import annotations
 
 from enum import IntEnum

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unmodeled objects too near to a robot, as reported by a sensor."""
+"""Decides which unmodeled objects are too near to a robot, and how long that holds."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Present warnings of a cell's nodes, from their logs and from /diagnostics."""
+"""Present warnings of a cell's nodes, from logs and /diagnostics, and how long each one lasts."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time for which a value holds before it is stale, judged by the usual intervals of its topic.
+"""Decides how long a value holds before it is stale, by the usual intervals of its topic.
 
 A driver that sends at a rate has stopped when it is silent for longer than usual. A driver that
 sends only when a value changes may be silent for any time.
@@ -43,10 +43,10 @@ _KEPT_SILENCES = 100
 
 
 class CommonSilences:
-    """Silences common to all topics of a running cell, which are no evidence about a single topic.
+    """Silences common to all topics of a running cell, which say nothing about a single topic.
 
     In such a silence, the recorder or the computer had stopped. If a cell is silent for much of the
-    time, silence is the habit of all its topics.
+    time, silence is normal for all its topics.
     """
 
     def __init__(self, quick_s: float) -> None:
@@ -92,8 +92,8 @@ class SendingHabit:
     def add(self, time_s: float, segment: int = 0) -> None:
         """Add the time [s] of a message, and the segment of playback without a jump that it is in.
 
-        Messages that are sent again after a jump, or while the clock is stopped, are no evidence of
-        the habit of the topic.
+        Messages that are sent again after a jump, or while the clock is stopped, say nothing
+        about the habit of the topic.
         """
         if self._last is not None and self._last[1] == segment and time_s != self._last[0]:
             self._intervals_s.append(abs(time_s - self._last[0]))  # playback may run backwards

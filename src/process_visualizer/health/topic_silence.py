@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Detection of topics that are silent for longer than usual, from the recorder's counts.
+"""Decides when a topic is silent for longer than usual, from the recorder's counts.
 
 The window shows such a topic after five usual intervals. The recorder itself reports it as a
 problem of the recording only after ten (src/recorder/topic_statistics.cpp).

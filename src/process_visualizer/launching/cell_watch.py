@@ -28,7 +28,7 @@ _REFUSES_S = 3.0
 """Time of refusals that shows that a node's process still runs: roslaunch reports an end sooner."""
 _MAX_FAILURES = 2
 """Number of consecutive unanswered questions that makes a problem; a busy master may miss one."""
-MASTER_SILENT = ('is not responding; recordings go on, but robots in the picture may stand still. '
+MASTER_SILENT = ('is not responding; recording continues, but robots in the picture may freeze. '
                  'If it does not come back, stop the cell and start it again')
 MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the cell and start '
                 'it again')

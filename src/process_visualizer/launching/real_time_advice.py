@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""System limits for the programs of this user."""
+"""Advice for a user whose programs may not use real-time priority."""
 from __future__ import annotations
 
 import getpass

@@ -206,7 +206,7 @@ class AskedMaster:
         """Return the master's answer, which must be of a given type."""
         value = self._asked(method)
         if not isinstance(value, kind):
-            raise rosgraph.MasterException('the master answers nonsense')
+            raise rosgraph.MasterException('the answer of the master is invalid')
         return value
 
     def _asked(self, method: str, *values: Any) -> Any:
@@ -294,7 +294,7 @@ def connected_by_handshake(address: Tuple[Optional[str], int], header: Mapping[s
 
 
 def _handshake_header(connection: socket.socket) -> Dict[str, str]:
-    """Read the header of a node, and nothing after it: the first message may have come with it."""
+    """Read the header of a node, and nothing after it: the first message may follow at once."""
     head = received(connection, _LENGTH_BYTES, ROSHandshakeException)
     size = int.from_bytes(head, 'little')
     if size > _HEADER_BYTES:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master: a running one, or our own."""
+"""Finds or starts the ROS master, and says why there is no usable one."""
 from __future__ import annotations
 
 import os

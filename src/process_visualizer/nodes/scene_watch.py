@@ -51,14 +51,14 @@ ABOVE_ALL_M = (0.0, 0.0, 1.2)
 OWN_NODES = {
     f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
     f'/{GHOST}': 'the reference run is out of date'}
-"""The program's own nodes, except player and recorder, which come and go, and the effect of losing
+"""The program's own nodes, except player and recorder (not always there), and the effect of losing
 each."""
 _AGE_HOLDS_S = 1.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
-NO_CLOUD = 'no cloud comes; the points in the picture are out of date'
+NO_CLOUD = 'no cloud is arriving; the points in the picture are out of date'
 OTHERS_MEANING = 'this picture is out of date'
-ROBOTS_STAND = f'{ITSELF}: the ROS master is not responding; robots may stand still'
+ROBOTS_STAND = f'{ITSELF}: the ROS master is not responding; robots may freeze'
 """robot_state_publisher 1.15 asks the master for tf_prefix with each joint state."""
 
 

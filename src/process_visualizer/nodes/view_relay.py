@@ -158,7 +158,7 @@ class ViewRelay:
         try:
             made = self._made_for(connection)
         except (OSError, rosgraph.MasterException) as error:
-            _refuse(connection, f'its ROS master does not answer ({error}): look at the cell')
+            _refuse(connection, f'its ROS master does not answer ({error}): check the cell')
             return
         except ValueError as error:
             _refuse(connection, f'its view cannot be shown: {error}')
@@ -235,7 +235,7 @@ class ViewRelay:
         view = parsed_view(self._view())
         more = rospy.get_param('~topics', [])
         if not isinstance(more, list):
-            raise ValueError('~topics is no list of names')
+            raise ValueError('~topics is not a list of names')
         wanted = {*named_topics(view), *map(str, more), TF_TOPIC, STATIC_TF_TOPIC}
         offered = {name: _topic(name, kind) for name, kind in self._master.getTopicTypes()
                    if name in wanted}

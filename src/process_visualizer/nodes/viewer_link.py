@@ -92,7 +92,7 @@ class TopicFeed:
             subscriber.unregister()
 
     def _update(self) -> List[rospy.Subscriber]:
-        """Subscribe to new topics; return the subscribers that no viewer needs any more."""
+        """Subscribe to new topics; return those that no viewer needs now."""
         needed: Set[str] = {topic for topic, takers in self._wanted.items() if takers}
         left = [self._subscribers.pop(it) for it in set(self._subscribers) - needed]
         for topic in set(self._wanted) - needed:
@@ -266,7 +266,7 @@ class ViewerLink:
         with self._changed:
             counts: Dict[str, int] = {}
             for number in self._too_large:
-                self._outbox.leave_out(number)
+                self._outbox.count_dropped(number)
             for channel, count in self._outbox.take_left_out().items():
                 topic = self._announced[channel].topic
                 counts[topic] = counts.get(topic, 0) + count

@@ -43,7 +43,7 @@ class Parameters:
             values = dict.fromkeys(values, '')
         if not isinstance(values, dict) or not all(
                 isinstance(part, str) for pair in values.items() for part in pair):
-            raise self.error(name, 'a group of texts', values)
+            raise self.error(name, 'a dictionary of strings', values)
         return values
 
     def has(self, name: str) -> bool:
@@ -54,7 +54,7 @@ class Parameters:
         """Return a string."""
         value = self._values.get(name, default)
         if not isinstance(value, str):
-            raise self.error(name, 'a text', value)
+            raise self.error(name, 'a string', value)
         return value
 
     def flag(self, name: str, default: bool) -> bool:

@@ -65,7 +65,7 @@ class PlayerControl:
                             monotonic_ns=now_ns)
 
     def play(self) -> str:
-        """Play on; start over if nothing is left to play."""
+        """Continue to play; start over if nothing is left to play."""
         self._pause_requested = False
         self._timeline.play()
         return self._where('playing')
@@ -95,7 +95,7 @@ class PlayerControl:
     def repeat(self) -> str:
         """Publish the scene again while paused, for receivers that changed how they show it."""
         if not self._timeline.state.paused:
-            return self._where('playing on')
+            return self._where('still playing')
         self._playback.show_again()
         return self._where('shown again')
 

@@ -88,7 +88,7 @@ class Output(Protocol):
     def revoke(self, after_ns: int) -> int:
         """Take back the last messages that are due after a monotonic time [ns]; return how many.
 
-        Messages that are being sent, or were given when already due, stay. So do all messages given
+        Messages that are being sent, or were given when already due, stay, as do all messages given
         before these or due at the same time.
         """
 

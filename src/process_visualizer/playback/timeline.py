@@ -207,7 +207,7 @@ class Timeline:
     # Commands: each rebases the state at the present position and interrupts waits.
 
     def play(self) -> None:
-        """Play on from the position; from the limit, start over."""
+        """Continue to play from the position; from the limit, start over."""
         with self._changed:
             if self._state.paused:
                 self._start()
@@ -370,7 +370,7 @@ class Timeline:
                 self._rebase(paused=True, held=True)
 
     def release(self) -> None:
-        """Play on, if held."""
+        """Continue to play, if held."""
         with self._changed:
             if self._state.held:
                 self._rebase(paused=False)

@@ -108,7 +108,7 @@ class TopicPublisher(rospy.SubscribeListener):
     def _update_links(self) -> None:
         publisher = getattr(self, '_publisher', None)
         if publisher is None or publisher.impl is None:
-            return  # a subscriber came before the constructor was done, or after the end
+            return  # a subscriber connected before the constructor was done, or after the end
         with self._lock:
             connections = {id(connection): connection for connection in publisher.impl.connections}
             for key in self._links.keys() - connections.keys():

@@ -300,7 +300,7 @@ class KeyDecoder:
         return keys
 
     def flush(self) -> List[str]:
-        """Return the unfinished key when no more input comes: escape, or an unknown key."""
+        """Return the unfinished key when no more input arrives: escape, or an unknown key."""
         keys = [ESCAPE if self._text == '\x1b' else UNKNOWN] if self._text else []
         self._text = ''
         return keys

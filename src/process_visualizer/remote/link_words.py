@@ -102,8 +102,8 @@ def not_this_computer(environment: Mapping[str, str]) -> Optional[str]:
     for name in ('ROS_HOSTNAME', 'ROS_IP'):
         value = environment.get(name, '').strip()
         if value and not is_here(value):
-            return (f'{name} is {value}, which is no address of this computer: nodes cannot reach '
-                    'each other there. Set it to one that "hostname -I" prints, or unset it')
+            return (f'{name} is {value}, which is not an address of this computer: nodes cannot '
+                    'reach each other there. Set it to one that "hostname -I" prints, or unset it')
     return None
 
 

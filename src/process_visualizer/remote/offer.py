@@ -72,7 +72,7 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
     for uri, pair in _pairs(values, 'meshes'):
         if not (isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
                 and 0 <= pair[0] <= MAX_MESH_BYTES and isinstance(pair[1], str)):
-            raise ValueError('"meshes" does not say how long a mesh is')
+            raise ValueError('"meshes" gives no size for a mesh')
         meshes[uri] = OfferedMesh(pair[0], pair[1])
     models = dict(_pairs(values, 'models'))
     for name, text in models.items():
@@ -80,7 +80,7 @@ def offer_of(values: Mapping[str, Any]) -> Offer:
             raise ValueError(f'{name!a} is not the parameter of a model')
     texts = [values.get(it) for it in ('version', 'mode', 'view')]
     if not all(isinstance(it, str) for it in texts):
-        raise ValueError('a text is missing')
+        raise ValueError('version, mode or view is missing or not a string')
     version, mode, view = map(str, texts)
     cell = values.get('cell')
     return Offer(version, mode, view, models, meshes, cell if isinstance(cell, str) else '')
@@ -99,7 +99,7 @@ def topics_of(values: Mapping[str, Any]) -> Dict[str, OfferedTopic]:
             raise ValueError(f'the topic {name!a} has no type')
         topic = OfferedTopic(*parts)
         if not name.startswith('/') or not rosgraph.names.is_legal_name(name):
-            raise ValueError(f'{name!a} is no topic')
+            raise ValueError(f'{name!a} is not a valid topic name')
         if not _TYPE.fullmatch(topic.type) or not _MD5.fullmatch(topic.md5sum):
             raise ValueError(f'the topic {name} has the type {topic.type!a}')
         found[name] = topic

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The outbox of one viewer: the order of what waits, with bounds on its age and its size."""
+"""Decides what is sent next to a viewer, and what is dropped when the link is slow."""
 from __future__ import annotations
 
 from collections import deque
@@ -57,7 +57,7 @@ class Outbox:
         self._to_send_in_full.pop(channel, None)
         for others in (self._kept, self._large):
             if others.pop(channel, None) is not None:
-                self.leave_out(channel)
+                self.count_dropped(channel)
         (self._large if is_large else self._kept)[channel] = waiting
 
     def put_file(self, channel: int, arrived_ns: int, read: Callable[[], bytes]) -> None:
@@ -74,14 +74,14 @@ class Outbox:
         waiting = _Waiting(channel, arrived_ns, data, now_s)
         if len(data) > PART_BYTES:
             if channel in self._large:
-                self.leave_out(channel)
+                self.count_dropped(channel)
             self._large[channel] = waiting
             self._large_s[channel] = now_s
             return
         self._small.append(waiting)
         self._small_bytes += len(data)
         while self._small_bytes > _MAX_WAITING_BYTES:
-            self.leave_out(self._take_small().channel)
+            self.count_dropped(self._take_small().channel)
 
     def take_left_out(self) -> Dict[int, int]:
         """Return the number of dropped messages by channel since the last call."""
@@ -111,7 +111,7 @@ class Outbox:
             it = self._take_small()
             if now_s - it.since_s <= MAX_WAIT_S:
                 return b''.join(message_packets(it.channel, it.arrived_ns, it.data))
-            self.leave_out(it.channel)
+            self.count_dropped(it.channel)
         return self._next_part(thinned) if with_large else None
 
     def _next_part(self, thinned: Thinner) -> Optional[bytes]:
@@ -141,8 +141,8 @@ class Outbox:
         self._small_bytes -= len(it.data)
         return it
 
-    def leave_out(self, channel: int) -> None:
-        """Count a message of a channel that is not sent."""
+    def count_dropped(self, channel: int) -> None:
+        """Count a dropped message of a channel."""
         self._left_out[channel] = self._left_out.get(channel, 0) + 1
 
 

@@ -278,9 +278,10 @@ def describe_device(device: Device, global_frame: str = '') -> Optional[RobotDes
 def _check_frames(device: Device, description: RobotDescription, global_frame: str) -> None:
     root = description.root_link
     if global_frame in description.parents:
-        raise ModelError(f'the link "{global_frame}" of the model is called like the global frame; '
-                         f'write prefix="{device.name}_" in <model>, and the same before the frame '
-                         'in <base>, or call the global frame otherwise: <visualizer frame="cell">')
+        raise ModelError(f'the link "{global_frame}" of the model has the name of the global '
+                         f'frame; write prefix="{device.name}_" in <model>, and the same before '
+                         'the frame in <base>, or rename the global frame: <visualizer '
+                         'frame="cell">')
     if device.base is None or device.base.frame == root:
         return
     advice = root_as_global_frame(device.name, root) if root == global_frame else \

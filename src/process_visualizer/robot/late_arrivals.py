@@ -38,11 +38,11 @@ class LateArrivals:
         """
         self._period_ns = 1e9 * period_s
         self._last_ns = since_ns
-        self._begun_ns = -np.inf  # since when there has been no silence
+        self._begun_ns = -np.inf  # start of the current uninterrupted stretch
         self._intervals = np.empty(0)
         self._silence_end_ns: Optional[int] = None
         self._unsure_ns = 0
-        self._since = np.empty(0, np.int64)  # when the last messages after a silence came
+        self._since = np.empty(0, np.int64)  # when the last messages after a silence arrived
 
     def find(self, times_ns: np.ndarray) -> np.ndarray:
         """Return a mask of messages (n,) that were held up, from their arrivals (n,) [ns]."""
@@ -171,7 +171,7 @@ def undated(arrival_s: np.ndarray, measured_s: np.ndarray, period_s: float) -> U
         long = np.flatnonzero(steps_s > delay_s)
         if np.count_nonzero(steps_s < _AT_ONCE * period_s) < _BUNCHES * len(long) \
                 and _are_alike(steps_s[:long[-1] + 1]):
-            continue  # the driver sends less often here: nothing came late
+            continue  # the driver sends less often here: nothing arrived late
         rows[begin:end] = longest_s > _MAX_DELAY_S or lost_s > max(
             _LOST_PERIODS * period_s, _LOST_S)
     is_open = bool(stretches) and stretches[-1][1] == count

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Alarms of process variables beyond their limits: times and extremes."""
+"""Decides when a variable beyond its limits becomes an alarm: minimum time and hysteresis."""
 from __future__ import annotations
 
 import math
@@ -17,7 +17,7 @@ _MARGIN = 0.05
 
 @dataclass(frozen=True)
 class Limits:
-    """The smallest and the greatest good value, in the variable's unit."""
+    """The lower and the upper limit, in the variable's unit."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -29,7 +29,7 @@ class Limits:
 
     @property
     def margin(self) -> float:
-        """Return the distance inside a limit at which a value is back, so noise ends no alarm."""
+        """Return the distance inside a limit at which an alarm ends; noise does not end it."""
         if -math.inf < self.low and self.high < math.inf:
             return _MARGIN * (self.high - self.low)
         return _MARGIN * abs(self.low if self.low > -math.inf else self.high)

@@ -22,21 +22,21 @@ class MeasuringTime:
 
     def __init__(self) -> None:
         self._last_stamp_s = -math.inf
-        self._standing = False
+        self._did_not_advance = False
 
     @property
-    def standing(self) -> bool:
+    def stamp_did_not_advance(self) -> bool:
         """Return whether the last stamp did not increase, as stamps must."""
-        return self._standing
+        return self._did_not_advance
 
     def wall_s(self, stamp_s: float, arrival_s: float) -> float:
         """Return the wall time [s] of a message; a stamp of 0 means no stamp."""
         if not stamp_s or abs(arrival_s - stamp_s) > USABLE_WITHIN_S:
-            self._standing = False
+            self._did_not_advance = False
             return arrival_s
-        self._standing = stamp_s <= self._last_stamp_s
+        self._did_not_advance = stamp_s <= self._last_stamp_s
         self._last_stamp_s = stamp_s
-        return arrival_s if self._standing else stamp_s
+        return arrival_s if self._did_not_advance else stamp_s
 
 
 _MAX_BUNCHED = 50  # messages

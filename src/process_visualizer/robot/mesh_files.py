@@ -54,13 +54,13 @@ def mesh_problem(address: str) -> str:
 
     RViz would contact any computer, wait forever at a pipe, and read a device or the scene of a
     hostile file without end. Files of installed packages may have any format. A missing file is
-    no such problem.
+    not such a problem.
     """
     if not _HERE.match(address):
         return f'RViz would ask another computer for the mesh {shortened(address)}'
     path = _path_of(address)
     if path is None:
-        return f'{shortened(address)} is no plain address of a mesh'
+        return f'{shortened(address)} is not a plain address of a mesh'
     try:
         status = os.stat(path)
     except (OSError, ValueError):

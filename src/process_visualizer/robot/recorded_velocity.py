@@ -260,8 +260,8 @@ def _segment_bounds(times_s: np.ndarray, segment: np.ndarray) -> Tuple[List[floa
 
 
 MARGIN_S = SILENCE_S + 1.2
-"""Maximum distance of poses from a position whose velocity they affect: a silence, poses that came
-after it, and a window."""
+"""Maximum distance of poses from a position whose velocity they affect: a silence, poses that
+arrived after it, and a window."""
 AHEAD_S = 2.0  # real time by which poses are read before they are needed
 BESIDE_S = 1.0  # of the recording, on either side of a position: for steps and reversals
 MAX_S = 4.0  # maximum part read at once

@@ -61,7 +61,7 @@ def matrix_from_quaternion(quaternion: Vector) -> np.ndarray:
     array = np.asarray(quaternion, dtype=float)
     length = np.linalg.norm(array)
     if length < 1e-9:
-        raise ValueError('the quaternion is zero, which is no rotation')
+        raise ValueError('the quaternion is zero, which is not a rotation')
     x, y, z, w = array / length
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The choice of a robot's tool frame, made only here."""
+"""Decides which frame is a robot's tool; this is the only place."""
 from __future__ import annotations
 
 from dataclasses import dataclass

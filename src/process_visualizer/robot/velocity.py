@@ -200,7 +200,7 @@ class SendingPeriod:
 
 
 HOLD_S = 0.05
-_MAX_BUNCHED = 50  # messages: in a longer bunch, only so many followers date a pose
+_MAX_BUNCHED = 50  # messages: at most this many later messages are used to date a pose
 MIN_PERIOD_SHARE = 0.99  # factor of the measured period: its small errors must not add up
 _SET_BACK_S = 0.1  # minimum step back of a clock for a new start
 

@@ -44,10 +44,10 @@ from process_visualizer.robot.xacro_command import import_xacro, xacro_version
 
 # Limits of an untrusted model while xacro expands it.
 #
-# xacro evaluates expressions as Python. Its own limits leave ways out (``vars``, a generator's
-# frame), and it includes and loads any file. So the process that expands such a model refuses
 # xacro evaluates expressions as Python. Its own limits can be bypassed (``vars``, a generator's
-# frame), and it includes and loads any file. So the process that expands such a model refuses
+# frame), and it includes and loads any file. So the process that expands such a model installs an
+# audit hook, which nothing can remove. The hook refuses everything that is not needed: other files,
+# processes, connections, and expressions that reach into Python.
 
 _MEMORY_BYTES, _TIME_S = 2_000_000_000, 30
 MAX_CHARACTERS = 10_000_000

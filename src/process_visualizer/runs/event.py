@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Moments of the process: when a number passes a threshold."""
+"""Decides when an event occurs: a number passes a threshold; and which cycles events form."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Sequence, Tuple
@@ -77,7 +77,7 @@ def _lasting(changes: Sequence[_Change], lasting_s: float) -> List[_Change]:
 
 
 class Passages:
-    """Detector of passages for numbers that come one by one."""
+    """Detector of passages for numbers that arrive one by one."""
 
     def __init__(self, threshold: float, is_above: bool, hysteresis: float) -> None:
         """Set the threshold as in ``passages_s``."""

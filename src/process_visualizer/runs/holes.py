@@ -18,7 +18,7 @@ def holes_s_of(run: Run) -> np.ndarray:
     """Return where a run has no message at all, (k, 2) [s], though one topic usually has many.
 
     A state that is sent only when it changes may have changed there, too. Several slow topics
-    pause together now and then; that is no hole.
+    pause together now and then; that is not a hole.
     """
     series = [it.times_s for it in run.motions] + [it.times_s for it in run.channels]
     usual_s = min((max(period_s(it), run.duration_s / len(it)) for it in series if len(it) > 1),

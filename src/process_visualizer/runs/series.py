@@ -15,11 +15,11 @@ from process_visualizer.runs.run import Channel, ChannelKind
 _MISSED, _MIN_GAP_S, _MAX_GAP_S = 5.0, 0.1, 0.5
 """Number of periods without data that make a gap, and limits to its duration [s]."""
 _HELD_UP, _MIN_HELD_UP_S = 4.0, 0.025
-"""Minimum pause, in periods and in s, after which data that come at once were held up."""
+"""Minimum pause, in periods and in s, after which data that arrive at once were held up."""
 _AT_ONCE = 0.4
-"""Maximum distance of values that come at once, as a share of a period."""
+"""Maximum distance of values that arrive at once, as a share of a period."""
 _CATCH_UP = 0.5
-"""Minimum share of the messages that were due in a pause that come at once after it."""
+"""Minimum share of the messages that were due in a pause that arrive at once after it."""
 _MAX_PERIOD_S = 0.1
 """Maximum period of a series for which data that were held up are recognized [s]."""
 _BUNCH = 200
@@ -67,7 +67,7 @@ def data_gaps(times_s: np.ndarray, usual_s: Optional[float] = None) -> np.ndarra
         if usual_s <= _MAX_PERIOD_S:
             slow = np.flatnonzero(steps[behind:behind + _BUNCH] >= _AT_ONCE * usual_s)
             behind += int(slow[0]) if len(slow) else min(_BUNCH, len(steps) - behind)
-            # The first one may come a little earlier than the others that were held up.
+            # The first one may arrive a little earlier than the others that were held up.
             owed = min(int(steps[row] / usual_s), _BUNCH)
             at_once = np.flatnonzero(steps[row + 1:row + 1 + owed] < _AT_ONCE * usual_s)
             if len(at_once) >= _CATCH_UP * owed:
@@ -263,7 +263,7 @@ class States(NamedTuple):
 def is_sequence(channel: Channel) -> bool:
     """Return whether a channel has states or bits: whole numbers that hold for a while.
 
-    Numbers that are sent only when they change come unevenly, measurements evenly. Numbers with
+    Numbers that are sent only when they change arrive unevenly, measurements evenly. Numbers with
     names are states in any case.
     """
     values = channel.values[np.isfinite(channel.values)]
@@ -279,7 +279,7 @@ def is_sequence(channel: Channel) -> bool:
 
 
 def _is_sent_on_change(times_s: np.ndarray, changes: int) -> bool:
-    """Return whether messages (n,) with so many changes of the value come only with these."""
+    """Return whether messages (n,) with so many changes of the value are sent only on change."""
     steps_s = np.diff(times_s)
     if not len(steps_s) or len(steps_s) - changes > max(_REPEATED * len(steps_s), 1.0):
         return False

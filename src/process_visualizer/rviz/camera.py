@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's orbiting camera: its pose for a whole cell, its visible points, and the grid below."""
+"""Decides the pose of RViz's orbiting camera for a whole cell, and the grid below the cell."""
 from __future__ import annotations
 
 import math

@@ -156,12 +156,16 @@ def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewC
     are contents of ``.rviz`` files.
     """
     result: ViewConfig = copy.deepcopy({**generated, **saved})
-    ours, his = _mapping(generated, _MANAGER), _mapping(saved, _MANAGER)
+    generated_manager, saved_manager = (
+        _mapping(generated, _MANAGER), _mapping(saved, _MANAGER))
     result[_MANAGER] = copy.deepcopy({
-        **ours, **his, 'Displays': _merged_displays(_mappings(ours, 'Displays'),
-                                                    _mappings(his, 'Displays')),
-        'Global Options': {**_mapping(ours, 'Global Options'), **_mapping(his, 'Global Options'),
-                           'Fixed Frame': _mapping(ours, 'Global Options').get('Fixed Frame')}})
+        **generated_manager, **saved_manager,
+        'Displays': _merged_displays(_mappings(generated_manager, 'Displays'),
+                                     _mappings(saved_manager, 'Displays')),
+        'Global Options': {
+            **_mapping(generated_manager, 'Global Options'),
+            **_mapping(saved_manager, 'Global Options'),
+            'Fixed Frame': _mapping(generated_manager, 'Global Options').get('Fixed Frame')}})
     result['Preferences'] = {**_mapping(saved, 'Preferences'), **_mapping(generated, 'Preferences')}
     return result
 

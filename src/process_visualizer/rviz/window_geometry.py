@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz's window: its place on the screen, and the docks beside the scene."""
+"""The section 'Window Geometry' of an .rviz file: window size, and the docks that are shown."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ class Ticks:
     """Calls a function in a loop once in a period, from ``start`` to ``stop``."""
 
     def __init__(self, loop: IOLoop, act: Callable[[], None], period_s: float) -> None:
-        """An exception of ``act`` is logged by the loop, and does not end the calls."""
+        """Exceptions raised by ``act`` are logged by the loop, and do not end the calls."""
         self._loop, self._act, self._period_s = loop, act, period_s
         self._next_s = 0.0
         self._handle: Any = None

@@ -53,10 +53,10 @@ class CellNotFound(Exception):
         self.problems = problems
 
 
-class _Said(NamedTuple):
+class _MasterAnswer(NamedTuple):
     """A master's answer: the relay's address; None without a relay."""
 
-    listens: Optional[str]
+    relay_address: Optional[str]
 
 
 def find_relay(wanted: Address) -> Tuple[str, int]:
@@ -86,18 +86,18 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
             raise CellNotFound((unreachable(wanted, certain, 'the cell or its ROS master'),)
                                ) from None
         return _without_master(wanted, error)
-    if answer.listens is None:
+    if answer.relay_address is None:
         raise CellNotFound((no_cell(uri),))
-    listens, _, last = answer.listens.rpartition(':')
+    listens, _, last = answer.relay_address.rpartition(':')
     port = int(last)
     is_own = is_loopback(listens) and (is_loopback(wanted.host) or is_here(wanted.host))
     host = listens if is_own else wanted.host
     problem = _problem_at(host, port)
     if is_own and isinstance(problem, ConnectionRefusedError):
-        raise CellNotFound((relay_ended(uri, answer.listens),))
+        raise CellNotFound((relay_ended(uri, answer.relay_address),))
     if problem is not None:
         raise CellNotFound((unreachable(Address(host, port), problem, 'the cell for viewers')
-                            if is_own else relay_silent(host, answer.listens, problem),))
+                            if is_own else relay_silent(host, answer.relay_address, problem),))
     return host, port
 
 
@@ -115,7 +115,7 @@ def _without_master(wanted: Address, error: OSError) -> Tuple[str, int]:
     raise CellNotFound(nothing_there(wanted, error, (*certain, *found)[0]))
 
 
-def _asked(uri: str) -> _Said:
+def _asked(uri: str) -> _MasterAnswer:
     """Return a master's answer about the relay.
 
     Raises:
@@ -132,7 +132,7 @@ def _asked(uri: str) -> _Said:
              for it in answers]
     listens = texts[0] if isinstance(texts[0], str) and _NODE in _registered(texts[1]) else ''
     port = listens.rpartition(':')[2]
-    return _Said(listens if port.isdecimal() and len(port) <= len(str(_MAX_PORT))
+    return _MasterAnswer(listens if port.isdecimal() and len(port) <= len(str(_MAX_PORT))
                  and int(port) <= _MAX_PORT else None)
 
 

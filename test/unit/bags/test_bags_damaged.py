@@ -78,7 +78,7 @@ def bag_header(**fields: bytes) -> bytes:
     (b'#ROSRECORD V1.1\n' + bytes(4096), 'is a bag of version'),
     (MAGIC, 'the header of the bag cannot be read'),
     (MAGIC + b'\xff' * 100, 'the header of the bag cannot be read'),
-    (MAGIC + packed_record({b'op': b'\x05'}, b''), 'another record stands in its place'),
+    (MAGIC + packed_record({b'op': b'\x05'}, b''), 'another record is in its place'),
     (bag_header(encryptor=b'rosbag/AesCbcEncryptor', index_pos=b'\xff' * 8),
      'is encrypted (rosbag/AesCbcEncryptor)'),
     (bag_header(index_pos=b'\1'), 'index_pos'),
@@ -405,7 +405,7 @@ def test_index_cannot_take_more_room_than_the_file(tmp_path: Path) -> None:
     path.write_bytes(bag_header(index_pos=place) + chunks + index + connection + infos)
     with Recording([str(path)]) as recording:
         assert 0 < len(recording.index) < path.stat().st_size / 12
-        assert 'goes on into the next one' in str(recording.gaps[-1])
+        assert 'overlaps the next one' in str(recording.gaps[-1])
 
 
 def u32(value: int) -> bytes:

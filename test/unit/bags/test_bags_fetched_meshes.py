@@ -91,9 +91,9 @@ def path_in(uri: str) -> str:
 
 @pytest.mark.parametrize('ending', ['?a.dae', '#a.dae', '\n.dae', '\x1b.dae'])
 def test_an_address_of_which_a_part_is_left_out(ending: str) -> None:
-    assert 'no plain address' in mesh_problem(f'file:///dev/zero{ending}')
-    assert 'no plain address' in mesh_problem('file:a.dae')
-    assert 'no plain address' in mesh_problem('file://host/a.dae')
+    assert 'not a plain address' in mesh_problem(f'file:///dev/zero{ending}')
+    assert 'not a plain address' in mesh_problem('file:a.dae')
+    assert 'not a plain address' in mesh_problem('file://host/a.dae')
 
 
 def test_a_pipe_is_no_mesh(tmp_path: Path) -> None:

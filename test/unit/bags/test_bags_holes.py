@@ -25,11 +25,11 @@ def rows(*spans_s: 'tuple[float, float]') -> List[Row]:
 
 @pytest.mark.parametrize('spans, told', [
     (((0.0, 12.4), (21.4, 30.0)), ('nothing was recorded for 9.0 s from 0:12.3 on; if the recorder '
-                                   'or its computer stood still then, messages that came just '
-                                   'after are late',)),
+                                   'or its computer had stopped, messages that arrived just '
+                                   'afterwards are late',)),
     (((0.0, 70.0), (73.0, 90.0), (95.0, 99.0)), (
         'nothing was recorded 2 times, the longest time for 5.0 s from 1:30.0 on; if the recorder '
-        'or its computer stood still then, messages that came just after are late',)),
+        'or its computer had stopped, messages that arrived just afterwards are late',)),
     (((0.0, 12.4), (14.0, 30.0)), ()),
     (((0.0, 0.05), (60.0, 90.0)), ())])  # latched messages first; the drivers start later
 def test_a_time_without_any_message_is_told(tmp_path: Path, spans: 'tuple[tuple[float, float]]',

@@ -115,9 +115,10 @@ def test_any_text_is_a_definition_or_a_definition_error(first, second):
 
 
 @pytest.mark.parametrize(('definition', 'message'), [
-    ('int32', 'no field'), ('int32 a b', 'no field'), ('int32[ a', 'no field'),
-    ('int32[-1] a', 'no field'), ('int32[9999999999] a', 'no field'), ('1x a', 'no field'),
-    ('a/b/c/d x', 'no field'), ('__import__("os") x', 'no field'), ('int32 a.b', 'no field'),
+    ('int32', 'not a field'), ('int32 a b', 'not a field'), ('int32[ a', 'not a field'),
+    ('int32[-1] a', 'not a field'), ('int32[9999999999] a', 'not a field'),
+    ('1x a', 'not a field'), ('a/b/c/d x', 'not a field'), ('__import__("os") x', 'not a field'),
+    ('int32 a.b', 'not a field'),
     ('Other a', 'definition of pkg/Other is missing'),
     ('Type a', 'contains itself'), ('Type[] a', 'contains itself'),
     ('int32 a\n' + '=' * 80 + '\nint32 b', 'MSG'),
@@ -215,7 +216,7 @@ def test_the_data_itself_is_not_changed(kind):
 @pytest.mark.parametrize('stamp_ns', [-1, NS_PER_S << 32])
 def test_stamps_that_ros_does_not_have(stamp_ns):
     locator = StampLocator('pkg/Type', 'time stamp')
-    with pytest.raises(ValueError, match='no ROS time'):
+    with pytest.raises(ValueError, match='not a ROS time'):
         locator.moved(b'\1' * 8, lambda _: stamp_ns)
 
 

@@ -99,9 +99,9 @@ WHOLE_FILES: List[Bad] = [
           '3: <machine>: a machine named "m" already exists', schema_sees=False),
     _file('password of a machine', '<visualizer>\n<machine name="m" address="pc" user="u" '
                                    'password="secret"/></visualizer>',
-          '2: <machine>: the attribute "password" is not accepted: it would stand in launch files, '
-          'parameters and recordings; remove it, and let SSH use a key ("ssh-copy-id u@pc", with '
-          'an agent: "ssh-add")', schema_sees=False),
+          '2: <machine>: the attribute "password" is not accepted: it would be visible in launch '
+          'files, parameters and recordings; remove it, and let SSH use a key ("ssh-copy-id u@pc", '
+          'with an agent: "ssh-add")', schema_sees=False),
     _file('unknown machine', '<visualizer>\n<machine name="lab" address="a"/>\n'
                              f'<device type="other" name="a">{_NODE} machine="lap"/></device>'
                              '</visualizer>',

@@ -177,5 +177,5 @@ def test_a_configuration_that_is_checked_runs_nothing(tmp_path: Path) -> None:
         [sys.executable, '-c', 'import sys; from process_visualizer.commands.command_line import '
          'main; sys.exit(main())', 'check', str(config)], stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, check=False, cwd=tmp_path)
-    assert done.returncode == 1 and 'is no angle' in done.stdout
+    assert done.returncode == 1 and 'is not an angle' in done.stdout
     assert not canary.exists()

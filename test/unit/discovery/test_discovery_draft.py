@@ -163,7 +163,7 @@ def test_what_is_drawn_in_frames_of_its_own_has_these(tmp_path: Path) -> None:
     assert (press.base.frame, press.base.pose.xyz) == ('press/base', (1.0, 2.0, 0.0))
     assert [it.attributes['args'] for it in press.nodes] == [
         '0 0 0.3 0 0 0 1 press/base press/needle']
-    assert '<!-- moved while it was looked at' in text
+    assert '<!-- moved while it was observed' in text
 
 
 def test_variables(tmp_path: Path) -> None:

@@ -163,5 +163,5 @@ def test_what_nothing_tells_apart_is_told(tmp_path: Path) -> None:
     """A frame that stays fixed while the joints move does not help either."""
     comment, found = model_line(tmp_path, lambda number, stamp: [
         ('/robot/pose', pose_message('base_link', Placement((0.1, 0.0, 0.2)), stamp))])
-    assert comment == ('nothing seen tells it from arm5.urdf and arm7.urdf, which have the same '
-                       'joints: is this the right model?')
+    assert comment == ('nothing observed distinguishes it from arm5.urdf and arm7.urdf, which have '
+                       'the same joints: is this the right model?')

@@ -130,7 +130,7 @@ def test_a_configuration_of_a_bag(tmp_path: Path, package: Path, capsys: Any) ->
     capsys.readouterr()
     assert main(['new', bag, '-o', config]) == 1
     assert capsys.readouterr().err == (
-        f'cell: "{config}" is there already; --force overwrites it\n')
+        f'cell: "{config}" already exists; --force overwrites it\n')
     assert main(['new', bag, '-o', config, '--force']) == 0
 
 
@@ -268,7 +268,7 @@ def test_a_bag_without_devices(tmp_path: Path, capsys: Any) -> None:
 def test_no_file_is_overwritten_and_none_written_by_half(tmp_path: Path) -> None:
     (tmp_path / 'arm.urdf').write_text('mine')
     new = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '')
-    with pytest.raises(FileExistsError, match='arm.urdf" is there already'):
+    with pytest.raises(FileExistsError, match='arm.urdf" already exists'):
         write_new(new, str(tmp_path / 'cell.xml'), [str(tmp_path / 'cell.xml')])
     assert [it.name for it in tmp_path.iterdir()] == ['arm.urdf']
     with pytest.raises(OSError):
@@ -280,7 +280,7 @@ def test_a_model_that_is_the_same_is_no_hindrance(tmp_path: Path) -> None:
     for name in ('cell.xml', 'other.xml'):
         write_new(new, str(tmp_path / name))
     assert (tmp_path / 'other.xml').read_text() == '<visualizer />'
-    with pytest.raises(FileExistsError, match='other.xml" is there already'):
+    with pytest.raises(FileExistsError, match='other.xml" already exists'):
         write_new(new, str(tmp_path / 'other.xml'))
 
 

@@ -159,7 +159,7 @@ def test_a_robot_that_stands_still(tmp_path: Path) -> None:
     text, cell = ur_cell(tmp_path, UR_FRAME._replace(changes=False), sent('base_link', 'arm'),
                          sent('base', 'lid', True))
     assert tools(cell) == ['tool0_controller']
-    assert '<!-- by its name: it did not move while it was looked at -->' in text
+    assert '<!-- by its name: it did not move while it was observed -->' in text
 
 
 def test_a_camera_on_the_tool_is_fixed_to_its_frame(tmp_path: Path) -> None:

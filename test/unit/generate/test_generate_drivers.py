@@ -178,8 +178,8 @@ def test_node_that_two_launch_files_start(parse: Parse, package: Path) -> None:
     found = inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices))
     assert list(found.paths.values()) == [str(package / 'a.launch'), str(package / 'b.launch')]
     assert [warning.message for warning in found.warnings] == [
-        'device "two": a.launch is left out: its node /x/n is started by a.launch of "one" '
-        'already']
+        'device "two": a.launch is left out: its node /x/n is already started by a.launch '
+        'of "one"']
     alone = inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices[1:]))
     assert len(alone.paths) == 2 and not alone.warnings
 
@@ -190,4 +190,4 @@ def test_node_that_a_device_starts_itself(parse: Parse, package: Path) -> None:
                  '<node pkg="rosout" type="rosout" name="n" ifstate="playback"/></device>')
     assert not inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices)).warnings
     (warning,) = inspect_launch_files(Choice(cell, Mode.PLAYBACK, cell.devices)).warnings
-    assert 'its node /d/n is started by "d" already' in warning.message
+    assert 'its node /d/n is already started by "d"' in warning.message

@@ -59,7 +59,7 @@ def test_a_joint_is_no_frame(parse: Parse) -> None:
         type="fixed"><parent link="upper"/><child link="fore"/></joint></robot>'''
     arm = RobotDescription(text, ('upper', 'fore'), {}, {'fore': 'upper'})
     found, = frame_warnings(cell, {'arm': arm}, ())
-    assert found.message == '"elbow" is a joint and no frame; did you mean its link "fore"?'
+    assert found.message == '"elbow" is a joint, not a frame; did you mean its link "fore"?'
 
 
 @pytest.mark.parametrize(('package', 'kind', 'arguments', 'frames'), [

@@ -170,9 +170,9 @@ def test_another_link_that_is_called_like_the_global_frame(tmp_path: Path, capsy
         '<robot name="r"><link name="base"/><link name="world"/><joint name="j" type="fixed">'
         '<parent link="base"/><child link="world"/></joint></robot>')
     assert checked(cell(tmp_path, 'r.urdf'), capsys) == [
-        '2: <model>: the link "world" of the model is called like the global frame; write '
-        'prefix="arm_" in <model>, and the same before the frame in <base>, or call the global '
-        'frame otherwise: <visualizer frame="cell">']
+        '2: <model>: the link "world" of the model has the name of the global frame; write '
+        'prefix="arm_" in <model>, and the same before the frame in <base>, or rename the global '
+        'frame: <visualizer frame="cell">']
     assert checked(cell(tmp_path, 'r.urdf', 'arm_base', ' prefix="arm_"'), capsys) == []
     assert checked(cell(tmp_path, 'r.urdf', root=' frame="cell"'), capsys) == []
 
@@ -181,7 +181,7 @@ def test_a_root_link_that_is_called_like_the_global_frame(tmp_path: Path, capsys
     """As in many makers' models; both suggested ways solve the problem."""
     (tmp_path / 'r.urdf').write_text(model(root='world'))
     way = ('as that is the global frame, write prefix="arm_" in <model> and frame="arm_world" in '
-           '<base>, or call the global frame otherwise: <visualizer frame="cell">')
+           '<base>, or rename the global frame: <visualizer frame="cell">')
     assert checked(cell(tmp_path, 'r.urdf', 'base_0'), capsys) == [
         '2: <model>: the base frame "base_0" is not the root link of the model, which is "world"; '
         f'{way}']

@@ -72,5 +72,5 @@ def test_two_kinects_in_one_manager(parse: Parse, tmp_path: Path) -> None:
 def test_the_same_kinect_twice_is_told(parse: Parse) -> None:
     cell = parse(FIRST + FIRST.replace('"kinect"', '"twin"'))
     plan = generate(Choice(cell, Mode.REALTIME, cell.devices, RvizStart.NONE))
-    assert any('is started by openni_live.launch of "kinect" already' in str(it)
+    assert any('is already started by openni_live.launch of "kinect"' in str(it)
                for it in plan.warnings)

@@ -300,7 +300,7 @@ def test_what_the_recorder_does_not_remember_is_not_offered_for_replay(stand: St
     stand.now_s += 2.0
     stand.model.look()
     assert not replay.isEnabled()
-    assert replay.toolTip() == "Its beginning is not in the recorder's memory any more"
+    assert replay.toolTip() == "Its beginning is no longer in the recorder's memory"
 
 
 def test_nothing_is_replayed_while_no_cell_runs(stand: Stand) -> None:
@@ -602,7 +602,7 @@ def test_launching_and_restarting(noted: Tuple[Stand, Recording]) -> None:
         stand.launch.changed.emit()
     assert [event.text for event in stand.model.events] == [
         'quitting all nodes', 'all nodes have ended', 'launching in real-time mode: arm',
-        'launched', 'arm is stopped', 'arm is started']
+        'launched', 'arm is stopping', 'arm is starting']
 
 
 def test_what_is_applied_is_noted_and_not_what_stays(noted: Tuple[Stand, Recording]) -> None:
@@ -656,7 +656,7 @@ def test_an_alarm_that_began_before_the_recording(noted: Tuple[Stand, Recording]
     path = str(tmp_path / 'seam.bag')
     recording.become(path=path)
     recording.finished.emit(path)
-    assert 'arm: edge is above 335, up to 424 (since before recording began)' in Path(
+    assert 'arm: edge is above 335, up to 424 (already present when recording began)' in Path(
         events_path(path)).read_text(encoding='utf-8')
 
 
@@ -705,8 +705,8 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
     stand.launch.phase, stand.launch.running = LaunchPhase.IDLE, None
     stand.states.take_look(CellLook())
     stand.launch.changed.emit()
-    assert stand.texts() == ['ROS master is not responding; the launcher must start again: "Launch '
-                             'nodes" offers it']
+    assert stand.texts() == ['ROS master is not responding; restart the launcher ("Launch nodes" '
+                             'offers this)']
     assert len(stand.model.events) == 1, 'it goes on'
     stand.model.set_master(is_lost=False, is_other=False)
     assert stand.says_no_alarms()
@@ -715,19 +715,20 @@ def test_a_lost_master_stays_an_alarm_when_the_nodes_are_quit(stand: Stand) -> N
 
 def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Stand) -> None:
     def say(severity: 'Severity | None') -> None:
-        stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud comes',
+        stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm', severity, 'no cloud is arriving',
                               stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '2.5'})
         stand.warnings.look()
 
     say(Severity.WARNING)
-    assert stand.texts() == ['arm: no cloud comes']
+    assert stand.texts() == ['arm: no cloud is arriving']
     assert stand.model.alarms[0].since_s == NOON_S + stand.now_s - 2.5, 'the last cloud came then'
     say(None)
     assert stand.says_no_alarms()
-    assert stand.model.events[-1].text.startswith('arm: no cloud comes: clouds come again')
+    assert stand.model.events[-1].text.startswith(
+        'arm: no cloud is arriving: clouds are arriving again')
     stand.report('arm', NodeState.EXITED, 1)
     say(Severity.WARNING)
-    assert 'arm: no cloud comes' not in stand.texts()
+    assert 'arm: no cloud is arriving' not in stand.texts()
 
 
 @pytest.mark.parametrize('missing', ['cloud', 'topic'])
@@ -742,7 +743,7 @@ def test_data_that_a_launch_delays_is_no_alarm_but_one_from_before_stays(
     def say(is_missing: bool) -> None:
         if missing == 'cloud':
             stand.said.take_state(f'/{SCENE_WATCH}', 'points of arm',
-                                  Severity.WARNING if is_missing else None, 'no cloud comes',
+                                  Severity.WARNING if is_missing else None, 'no cloud is arriving',
                                   stand.now_s, {STALE_POINTS_KEY: 'arm', 'for_s': '0.0'})
             stand.warnings.look()
         else:

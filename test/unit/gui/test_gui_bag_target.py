@@ -42,13 +42,13 @@ def test_names_that_are_none(tmp_path: Path, name: str, part: str):
 
 def test_folders_that_are_none(tmp_path: Path):
     (tmp_path / 'file').touch()
-    assert f'{tmp_path / "file"} is no folder' in look_at(str(tmp_path / 'file' / 'x')).problem
+    assert f'{tmp_path / "file"} is not a folder' in look_at(str(tmp_path / 'file' / 'x')).problem
     assert 'Enter a full path (starting with /)' in look_at('bags').problem
 
 
 def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(os, 'access', lambda path, mode: False)  # root may write everywhere
-    assert f'you may not write into {tmp_path}' in look_at(str(tmp_path / 'new')).problem
+    assert f'you have no write permission for {tmp_path}' in look_at(str(tmp_path / 'new')).problem
 
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -106,4 +106,4 @@ def test_a_damaged_file_beside_the_recording_is_told(loaded, bag, qtbot):  # noq
     Path(f'{bag}.calibration.json').write_text('{')
     with qtbot.waitSignal(loaded.failed) as told:
         loaded.bag.open([bag])
-    assert 'calibration.json' in told.args[0] and 'where the configuration says' in told.args[0]
+    assert 'calibration.json' in told.args[0] and 'the poses in the configuration' in told.args[0]

@@ -262,5 +262,5 @@ def test_a_fit_of_a_sensor_that_was_moved_meanwhile_is_not_used(move, frames, fi
     tasks.end_all()
     assert model.value_of('a') == moved_to and not fit.is_fitting
     assert not fit.text or fit.is_refused
-    assert (fit.text == 'a was moved during the fit: what was found is for where it was before, '
-            'and is not used. Fit again.') == bool(model.devices)
+    assert (fit.text == 'a was moved during the fit, so the result is not used. '
+            'Fit again.') == bool(model.devices)

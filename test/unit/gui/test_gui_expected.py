@@ -160,7 +160,7 @@ def test_it_asks_writes_and_takes_back(stand: Stand) -> None:
                            'in the tab Calibration']
     stand.button('revert').click()
     stand.tasks.end_all()
-    assert (stand.file.read_text(), stand.notes[1:]) == (CELL, ['cell.xml is as it was before'])
+    assert (stand.file.read_text(), stand.notes[1:]) == (CELL, ['cell.xml is restored'])
     assert not stand.button('revert').isEnabled()
     assert stand.failures == []
 

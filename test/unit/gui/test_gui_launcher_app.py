@@ -228,7 +228,7 @@ def test_a_master_that_was_started_anew_is_told_and_the_launcher_can_start_again
         'The ROS master was restarted. Nothing can be launched until the launcher starts '
         'again. Start it again?')
     answer(window, qtbot, is_yes=False)
-    assert 'The launcher must start again' in window.launch.status.text()
+    assert 'Restart the launcher' in window.launch.status.text()
     assert window.launch.launch.isEnabled() and not window.restarts
     window.launch.launch.click()
     answer(window, qtbot, is_yes=True)
@@ -475,7 +475,7 @@ class QuitCommand:
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds * 10)):
             self.now_s += 0.1
-            self.command.grace.look()
+            self.command.grace.poll()
 
     def question(self) -> str:
         found = self._window.findChild(QMessageBox, 'question')
@@ -548,7 +548,7 @@ def test_time_in_which_the_window_is_held_up_does_not_quit(quitting: QuitCommand
     """The operator's click waits behind the operation that blocks the window."""
     quitting.command.quit()
     quitting.now_s += GRACE_S + 1.0
-    quitting.command.grace.look()
+    quitting.command.grace.poll()
     quitting.command.quit()  # cancels it
     quitting.wait(GRACE_S + 1.0)
     assert quitting.quits == 0

@@ -263,7 +263,7 @@ def test_a_recorder_that_has_ended_is_not_said_to_go_on_by_itself(stand: Stand) 
     stand.come(stand.parts[0])
     run(stand.session, Mode.REALTIME, PartState.FAILED)
     assert stand.panel.state.text() == (
-        'The recorder has ended. Restart it from its alarm; the curves go on then')
+        'The recorder has ended. Restart it from its alarm to continue the curves')
     run(stand.session, Mode.REALTIME)
     assert stand.panel.state.text() == ''
 

@@ -62,7 +62,7 @@ def test_no_other_file_is_overwritten(qapp: object, path: Path) -> None:
     other.write_text('mine')
     watched.model.make(str(path))
     watched.tasks.end_all()
-    assert watched.said == [f'No configuration was made: "{other}" is there already']
+    assert watched.said == [f'No configuration was made: "{other}" already exists']
     assert not path.exists()
 
 

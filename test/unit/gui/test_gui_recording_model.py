@@ -247,7 +247,7 @@ def test_what_was_found_in_the_folder_before_says_nothing_of_the_next(
         if folder not in gates:  # it was requested before
             return BagTarget()
         assert gates[folder].wait(60)
-        return BagTarget(f'you may not write into {folder}')
+        return BagTarget(f'you have no write permission for {folder}')
 
     qtbot.waitUntil(lambda: model.choices.free_bytes is not None)
     monkeypatch.setattr(recording_choices, 'look_at', held)

@@ -266,7 +266,7 @@ def test_what_is_cut_beside_the_free_space_is_in_the_tooltip(find, running):
     running.take_state(told())
     shown = label.shown_text(label.width()).replace('\u2009', ' ')
     assert shown.startswith('Would stop in about 2 min')
-    assert label.text() in label.toolTip() and 'stops when only' in label.toolTip()
+    assert label.text() in label.toolTip() and 'stops when free space drops' in label.toolTip()
 
 
 def test_a_name_is_taken_as_it_is_written(find, running, qtbot):

@@ -245,7 +245,7 @@ def test_without_a_memory_it_stays_live_and_says_why(stand: Stand) -> None:
     stand.replay.show(990.0, stand.choice)
     stand.tasks.end_all()
     assert stand.replay.is_live
-    assert stand.failures == ['There is no replay: there is nothing in memory']
+    assert stand.failures == ['Replay failed: there is nothing in memory']
 
 
 @pytest.mark.parametrize('part', [BAG_PART, RVIZ_PART])
@@ -283,7 +283,7 @@ def test_a_window_that_is_closed_before_it_shows_anything_is_told(stand: Stand) 
     stand.tasks.end_all()
     stand.report(RVIZ_PART, PartState.STOPPED)
     assert stand.replay.is_live
-    assert stand.failures == ['There is no replay: its RViz was closed while it started']
+    assert stand.failures == ['Replay failed: its RViz was closed while it started']
 
 
 def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
@@ -346,7 +346,7 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     assert bar.state.text() == 'Preparing the replay… 3 s'
     stand.now_s = before_s + 20.0
     bar.show_state()
-    assert bar.state.text() == 'Preparing the replay… 20 s: the running cell comes first'
+    assert bar.state.text() == 'Preparing the replay… 20 s: the running cell has priority'
     stand.now_s = before_s
     stand.begin()
     stand.now_s = 1002.5

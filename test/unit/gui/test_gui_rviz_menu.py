@@ -27,7 +27,7 @@ def test_a_dead_rviz_can_be_restarted_and_has_no_view_to_be_saved(menu: RvizMenu
     menu.show_rviz(False)
     save = action(menu, 'Save this view as…')
     assert not save.isEnabled()
-    assert menu.toolTipsVisible() and save.toolTip() == 'RViz does not run: restart it first'
+    assert menu.toolTipsVisible() and save.toolTip() == 'RViz is not running: restart it first'
     with qtbot.waitSignal(menu.restart_wanted):
         action(menu, 'Restart RViz').trigger()
     menu.show_rviz(True)

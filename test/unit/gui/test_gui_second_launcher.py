@@ -80,8 +80,8 @@ def test_the_user_looks_on(qtbot: Any, tmp_path: Path, monkeypatch: pytest.Monke
     (tmp_path / 'cell.rviz').write_text(yaml.safe_dump(VIEW))
     started = Started(monkeypatch)
     second = SecondLauncher(owner(str(tmp_path)))
-    assert 'You can look on' in second.box.text()
-    second.look_on.click()
+    assert 'You can watch' in second.box.text()
+    second.watch.click()
     path = started.words[started.words.index('-d') + 1]
     shown = yaml.safe_load(Path(path).read_text())
     assert shown['Visualization Manager'] == onlooker_view(VIEW)['Visualization Manager']
@@ -111,7 +111,7 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
     for look in (CellLook(frozenset(CELL_NODES)), CellLook(master_problem=MASTER_OTHER)):
         second.take_look(look)
         assert second.stale is not None and second.stale.isVisible()
-        assert re.search(r'nothing has come from the cell since \d\d:\d\d:\d\d',
+        assert re.search(r'nothing has been received from the cell since \d\d:\d\d:\d\d',
                          second.stale.text())
         assert second.stale.testAttribute(Qt.WA_ShowWithoutActivating)
         if not look.master_problem:
@@ -120,7 +120,7 @@ def test_an_old_picture_is_told_until_the_cell_answers_again(qtbot: Any) -> None
     second.box.hide()
     second._is_asking = False  # RViz is open
     with qtbot.waitSignal(second.ended):
-        second.stale.findChild(QAbstractButton, 'stop_looking_on').click()
+        second.stale.findChild(QAbstractButton, 'stop_watching').click()
 
 
 def test_a_launcher_that_ends_leaves_its_place(qtbot: Any) -> None:
@@ -132,7 +132,7 @@ def test_a_launcher_that_ends_leaves_its_place(qtbot: Any) -> None:
     other.wait()
     second._look_at_owner()
     assert second.box.text() == 'The other launcher has ended.'
-    assert second.look_on.isHidden() and not second.start.isHidden()
+    assert second.watch.isHidden() and not second.start.isHidden()
     with qtbot.waitSignal(second.ended):
         second.start.click()
     assert second.restarts
@@ -141,14 +141,14 @@ def test_a_launcher_that_ends_leaves_its_place(qtbot: Any) -> None:
 def test_why_one_cannot_look_on(qtbot: Any) -> None:
     for second, reason in ((SecondLauncher(owner()), 'cell view'),
                            (SecondLauncher(owner(user='anna')), 'cell view')):
-        assert reason in second.box.text() and not second.look_on.isEnabled()
+        assert reason in second.box.text() and not second.watch.isEnabled()
         with qtbot.waitSignal(second.ended):
             second.box.button(QMessageBox.Close).click()
 
 
 def test_there_is_nothing_to_look_at_before_the_launch(qtbot: Any, tmp_path: Path) -> None:
     second = SecondLauncher(owner(str(tmp_path)))
-    assert not second.look_on.isEnabled() and 'launched nothing' in second.box.text()
+    assert not second.watch.isEnabled() and 'has not started anything' in second.box.text()
     with qtbot.waitSignal(second.ended):
         second.box.button(QMessageBox.Close).click()
 
@@ -160,6 +160,6 @@ def test_an_rviz_that_is_ended_while_one_looks_on_is_no_problem(
     second._rviz.errorOccurred.emit(QProcess.Crashed)
     assert capsys.readouterr().err == ''
     second._rviz.errorOccurred.emit(QProcess.FailedToStart)
-    assert 'RViz cannot be started to look on' in capsys.readouterr().err
+    assert 'RViz cannot be started for watching' in capsys.readouterr().err
     with qtbot.waitSignal(second.ended):
         second.close()

@@ -44,7 +44,7 @@ def test_the_address_and_who_is_looking_are_shown(
     assert it.lines.toPlainText().splitlines()[0] == (
         'process_visualizer cell serve cell.xml seed:=3 --address=192.168.1.10')
     assert it.url.text() == URL
-    assert it.viewers.text() == 'Looking now: 10.0.0.6'
+    assert it.viewers.text() == 'Viewers: 10.0.0.6'
     picture = it.code.pixmap()
     assert picture is not None
     assert picture.width() == picture.height() >= 100
@@ -74,7 +74,7 @@ def test_for_this_computer_only_there_is_no_code(
     qtbot.waitUntil(lambda: bool(it.url.text()))
     assert it.lines.toPlainText() == 'process_visualizer cell serve cell.xml seed:=3'
     assert it.code.pixmap() is None or it.code.pixmap().isNull()
-    assert it.viewers.text() == 'Nobody is looking'
+    assert it.viewers.text() == 'No viewers'
     it.end()
     qtbot.waitUntil(lambda: not it.is_serving)
 

@@ -132,7 +132,7 @@ def test_check_warns_of_frames_that_nothing_has(cell: Cell, arm_cell: Write) -> 
     assert [warning.partition('cell.xml:')[2] for warning in warnings] == [
         '2: <tool>: warning: no model, <base>, <tool> or <force> has the frame "tol0"; did you '
         'mean "tool0"?',
-        '3: <variable>: warning: "wrist_3_joint" is a joint and no frame; did you mean its link '
+        '3: <variable>: warning: "wrist_3_joint" is a joint, not a frame; did you mean its link '
         '"wrist_3_link"?',
         '4: <variable>: warning: no model, <base>, <tool> or <force> has the frame "hot/air"; it '
         'is not shown unless a driver publishes the frame in tf']
@@ -159,7 +159,7 @@ def test_a_base_that_is_a_link_of_another_model_is_refused(command: str, cell: C
         JOINTS, '\n<device type="other" name="lamp"><base frame="tool0"/></device>'))
     assert code == 1
     assert error.endswith('cell.xml:3: <base>: the frame "tool0" is a link of the model of "arm", '
-                          'which says where it is; choose another name')
+                          'which determines its place; choose another name')
 
 
 def test_two_devices_with_one_base_frame_are_refused(cell: Cell, arm_cell: Write) -> None:

@@ -60,14 +60,14 @@ def test_it_prints_what_would_be_added(expect: Run, path: Path) -> None:
     assert expect('kinect', sent=(objects(thing(1), thing(2, is_seen=False)),)) == (0, [
         "object 1: 40 × 20 × 10 cm, 0.31 m from arm's hand", f'  {ELEMENT}',
         "left out: object 2 is hidden: 40 × 20 × 10 cm, 0.31 m from arm's hand",
-        'nothing is written; --write adds it to the file'], [])
+        'dry run; --write adds it to the file'], [])
     assert path.read_text() == CELL
 
 
 def test_it_writes(expect: Run, path: Path) -> None:
     code, lines, errors = expect('--write', 'kinect', sent=(objects(thing(1)),))
     assert (code, errors) == (0, [])
-    assert lines[-1].startswith(f'{path}: 1 added; as it was before: {path}.bak. Restart kinect')
+    assert lines[-1].startswith(f'{path}: 1 added; backup: {path}.bak. Restart kinect')
     assert path.read_text() == CELL.replace(
         '<objects warn="0.4" />', f'<objects warn="0.4">\n      {ELEMENT}\n    </objects>')
     assert Path(f'{path}.bak').read_text() == CELL

@@ -99,7 +99,7 @@ def test_a_killed_cell_of_this_computer_is_not_one_that_refuses_others(
     """Its master keeps the address of its relay."""
     with served(sending(GREETING + json_packet(Kind.OFFER, view=''))) as port:
         listens = f'127.0.0.1:{port if is_there else 1}'
-        monkeypatch.setattr(module, '_asked', lambda _uri: module._Said(listens))
+        monkeypatch.setattr(module, '_asked', lambda _uri: module._MasterAnswer(listens))
         if is_there:
             assert find_relay(Address('localhost', 2)) == ('127.0.0.1', port)
             return

@@ -60,7 +60,7 @@ def test_ports() -> None:
 
 @pytest.mark.parametrize('environment, begin', [
     ({}, None), ({'ROS_IP': '127.0.0.1'}, None), ({'ROS_HOSTNAME': 'localhost'}, None),
-    ({'ROS_IP': '192.0.2.7'}, 'ROS_IP is 192.0.2.7, which is no address of this computer'),
+    ({'ROS_IP': '192.0.2.7'}, 'ROS_IP is 192.0.2.7, which is not an address of this computer'),
     ({'ROS_HOSTNAME': 'no.such.name.invalid'}, 'ROS_HOSTNAME is no.such.name.invalid, which is')])
 def test_an_address_of_another_computer_is_told(environment: Dict[str, str],
                                                 begin: Optional[str]) -> None:

@@ -142,7 +142,7 @@ def test_events_in_another_order_are_not_used() -> None:
     run = [RunEvent(name, time_s) for name, time_s in zip('abc', (1.0, 5.0, 4.0))]
     found = common_events(reference, run)
     assert found.reference_s.tolist() in ([1.0, 2.0], [1.0, 3.0])
-    assert found.notes == ('1 of 3 events come in a different order than in the reference; they '
+    assert found.notes == ('1 of 3 events occur in a different order than in the reference; they '
                            'are ignored',)
 
 

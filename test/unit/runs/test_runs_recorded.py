@@ -340,7 +340,7 @@ def test_wrong_input(bag: Bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 def test_a_recording_without_a_whole_run(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
     path = bag(run='<run begin="starts" end="a mark"/>')
     assert main(['runs', path]) == 1
-    assert 'a.bag holds no whole run: "a mark" does not occur' in capsys.readouterr().err
+    assert 'a.bag contains no complete run: "a mark" does not occur' in capsys.readouterr().err
     add_mark(path, Mark((BEGIN_S + 5) * 10 ** 9, 'a mark'))
     assert main(['runs', path]) == 0
     assert 'a.bag#1  from 0:01.02, 4.0 s' in capsys.readouterr().out

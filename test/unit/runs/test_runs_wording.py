@@ -49,5 +49,5 @@ def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> N
         Unjudged(flow, 1.0, 3.0), Unjudged(force, 4.0, 4.5, Missing.MOTION)))
     assert unjudged_texts(found) == [  # type: ignore[arg-type]
         'not judged: anything from 0:01.00 to 0:01.50, 0:04.00 to 0:04.50 (messages of the '
-        'motion are missing or came late there, so the moment of the process is unknown)',
+        'motion are missing or arrived late, so the moment of the process is unknown)',
         'not judged: arm flow from 0:01.00 to 0:03.00 (no data)']

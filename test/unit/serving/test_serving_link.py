@@ -32,7 +32,7 @@ class Master:
     def getPid(self) -> int:  # noqa: N802
         """See AskedMaster."""
         if not self.is_one:
-            raise rosgraph.MasterException('the master answers nonsense')
+            raise rosgraph.MasterException('the answer of the master is invalid')
         return 1
 
     def lookupNode(self, _name: str) -> str:  # noqa: N802

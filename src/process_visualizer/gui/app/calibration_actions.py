@@ -142,7 +142,7 @@ class RegionActions(QObject):
 
 
 def _report(say: Callable[[str], Any], error: Exception) -> None:
-    """Say why a marker cannot be shown."""
+    """Report why a marker cannot be shown."""
     if not isinstance(error, RosLinkError):
         raise error
     say(str(error))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sources of alarms and events: objects near robots, and actions of operator and program."""
+"""Notes events (launching, recording, marks), also in a file beside each bag; alarms of objects."""
 from __future__ import annotations
 
 import os
@@ -47,7 +47,7 @@ def write_events(bag: str, text: str) -> None:
 _MODES = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
 _PHASES = {LaunchPhase.LAUNCHING: 'launching', LaunchPhase.RUNNING: 'launched',
            LaunchPhase.QUITTING: 'quitting all nodes', LaunchPhase.IDLE: 'all nodes have ended'}
-_STATES = {PartState.STOPPING: 'is stopped', PartState.STARTING: 'is started'}
+_STATES = {PartState.STOPPING: 'is stopping', PartState.STARTING: 'is starting'}
 
 
 class EventNotes(QObject):
@@ -101,7 +101,8 @@ class EventNotes(QObject):
             self._alarms.note(f'recording {os.path.basename(state.path)}')
             for alarm in self._alarms.alarms:  # a lasting alarm is an event of the recording, too
                 if alarm.ended_s is None:
-                    self._alarms.note(f'{alarm.condition.said} (since before recording began)')
+                    self._alarms.note(
+                        f'{alarm.condition.said} (already present when recording began)')
         self._path = state.path
         for mark in state.marks[self._marks:]:
             self._alarms.note(f'mark: {mark.label}')

@@ -42,7 +42,7 @@ class KeptState(QObject):
         except FileNotFoundError:
             return
         except OSError as error:
-            self.failed.emit(f'What was ticked and compared in the last session cannot be read: '
+            self.failed.emit(f'The ticks and comparisons of the last session cannot be read: '
                              f'{self._path}: {error.strerror}')
         except _DAMAGED:
             self._put_aside()
@@ -70,13 +70,13 @@ class KeptState(QObject):
             where = f'It was moved to {aside}.'
         except OSError as error:
             where = f'It stays there: {error.strerror}.'
-        self.failed.emit('What was ticked and compared in the last session is not shown: '
+        self.failed.emit('The ticks and comparisons of the last session are not shown: '
                          f'{self._path} is damaged. {where} All devices are ticked')
 
     def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, OSError):
             raise error
-        self.failed.emit('What is ticked and compared cannot be kept for the next session: '
+        self.failed.emit('The ticks and comparisons cannot be kept for the next session: '
                          f'{self._path}: {error.strerror}')
 
 

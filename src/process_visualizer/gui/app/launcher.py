@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All models of the window and their connections; no widgets."""
+"""Creates and connects all models of the window; decides the status line, and what can launch."""
 from __future__ import annotations
 
 import os
@@ -266,7 +266,7 @@ class Launcher(QObject):
         if not master.is_lost:
             return ''
         if self.launch.is_idle:
-            return f'{master.problem}. The launcher must start again: "Launch nodes" offers it'
+            return f'{master.problem}. Restart the launcher ("Launch nodes" offers this)'
         return f'{master.problem} and does not know the running nodes: stop the cell and ' \
                'start it again' if master.is_other else master.problem
 

@@ -36,8 +36,8 @@ from process_visualizer.rviz.views import onlooker_view, read_view
 from process_visualizer.rviz.window_geometry import Rectangle, moved_aside
 from process_visualizer.shown_text import shown
 
-_NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
-_LOOK_ON = 'You can look on: an RViz that shows the same and changes nothing.'
+_NOTHING = 'That launcher has not started anything, so there is nothing to watch yet.'
+_WATCH = 'You can watch the cell in an RViz that shows the same and changes nothing.'
 _ELSEWHERE = '"rosrun process_visualizer cell view" shows it here, and changes nothing in it.'
 _OWNER_ENDED = 'The other launcher has ended.'
 _LOOK_MS = 1000
@@ -67,9 +67,9 @@ class SecondLauncher(QObject):
         self._looked.connect(self.take_look)
         self.stale: Optional[QMessageBox] = None
         self.box = message_box(None, self._text(), QMessageBox.Information)
-        self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
-        self.look_on.setObjectName('look_on')
-        self.look_on.setEnabled(self._is_launched)
+        self.watch: QPushButton = self.box.addButton('Watch', QMessageBox.AcceptRole)
+        self.watch.setObjectName('watch_cell')
+        self.watch.setEnabled(self._is_launched)
         self.start: QPushButton = self.box.addButton('Start here', QMessageBox.AcceptRole)
         self.start.setObjectName('start_here')
         self.restarts = False
@@ -86,7 +86,7 @@ class SecondLauncher(QObject):
         print(owner.text, file=sys.stderr, flush=True)
 
     def take_look(self, look: CellLook) -> None:
-        """Show since when nothing has come from the cell, until the cell answers again."""
+        """Show since when nothing has been received from the cell, until it answers again."""
         is_stale = look.silent >= set(CELL_NODES) or look.master_problem == MASTER_OTHER
         if is_stale and self.stale is None:
             self.stale = self._say_it_is_stale()
@@ -97,12 +97,12 @@ class SecondLauncher(QObject):
 
     def _say_it_is_stale(self) -> QMessageBox:
         since = time.strftime('%H:%M:%S')
-        print(f'nothing has come from the cell since {since}', file=sys.stderr, flush=True)
-        box = message_box(None, 'This picture is out of date: nothing has come from the cell since '
-                          f'{since}. It was quit, or its ROS master was started again.')
+        print(f'nothing has been received from the cell since {since}', file=sys.stderr, flush=True)
+        box = message_box(None, 'This picture is out of date: nothing has been received from the '
+                          f'cell since {since}. It was quit, or its ROS master was restarted.')
         box.setWindowFlag(Qt.WindowStaysOnTopHint)
-        stop = box.addButton('Stop looking on', QMessageBox.RejectRole)
-        stop.setObjectName('stop_looking_on')
+        stop = box.addButton('Stop watching', QMessageBox.RejectRole)
+        stop.setObjectName('stop_watching')
         box.finished.connect(lambda _code: self.close())
         show_aside(box)
         return box
@@ -124,7 +124,7 @@ class SecondLauncher(QObject):
                 start_time(self._owner.process_id) != self._owner_began):
             self._timer.stop()
             self.box.setText(_OWNER_ENDED)
-            self.look_on.hide()
+            self.watch.hide()
             self.start.show()
 
     @property
@@ -136,7 +136,7 @@ class SecondLauncher(QObject):
         return bool(self._owner.folder) and os.path.isfile(self._view)
 
     def _text(self) -> str:
-        what = _LOOK_ON if self._is_launched else \
+        what = _WATCH if self._is_launched else \
             _NOTHING if self._owner.folder else _ELSEWHERE
         return f'{self._owner.text}.\n\n{what} {_OR}'
 
@@ -144,7 +144,7 @@ class SecondLauncher(QObject):
         self._is_asking = False
         self._timer.stop()
         self.restarts = self.box.clickedButton() is self.start
-        if self.box.clickedButton() is self.look_on:
+        if self.box.clickedButton() is self.watch:
             self._start()
         else:
             self.close()
@@ -173,12 +173,12 @@ class SecondLauncher(QObject):
             self._report(self._rviz.errorString())
 
     def _report(self, reason: str) -> None:
-        print(f'RViz cannot be started to look on: {reason}', file=sys.stderr, flush=True)
+        print(f'RViz cannot be started for watching: {reason}', file=sys.stderr, flush=True)
         self.close()
 
 
 _EXPLANATION = ('The name or address of the computer on which the cell runs. Its view appears in '
-                'an RViz of its own; nothing is changed in it. There it has to be started with '
+                'an RViz of its own; nothing is changed in it. Start the cell there with '
                 '"cell run --remote", or the launcher with remote:=true (see docs/remote.md).')
 _LOOKING, _ENDED = 'Looking for the cell on {}…', 'Watching has ended.'
 _MAX_LINES = 500
@@ -409,8 +409,8 @@ class ServeDialog(QDialog):
 
     def _show_viewers(self) -> None:
         count = len(self._watching)
-        self.viewers.setText('' if not self.url.text() else 'Nobody is looking' if not count else
-                             f'Looking now: {", ".join(sorted(self._watching))}')
+        self.viewers.setText('' if not self.url.text() else 'No viewers' if not count else
+                             f'Viewers: {", ".join(sorted(self._watching))}')
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
         """Report a failed start, but not that a running command was ended."""

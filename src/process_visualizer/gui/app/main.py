@@ -65,7 +65,7 @@ def main() -> int:
     app = make_application()
     owner = cell_owner(NODE)
     if owner is not None:
-        return _look_on(app, owner)
+        return _watch(app, owner)
     settings = Settings()
     launcher = Launcher()
     launcher.failed.connect(lambda message: print(message, file=sys.stderr, flush=True))
@@ -101,7 +101,7 @@ def main() -> int:
     return int(code)
 
 
-def _look_on(app: QApplication, owner: CellOwner) -> int:
+def _watch(app: QApplication, owner: CellOwner) -> int:
     """Report that another launcher has the cell; a window here would only hide the other one's."""
     second = SecondLauncher(owner)
     signals = StopSignals(app)

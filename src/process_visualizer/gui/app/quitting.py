@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QMessageBox, QWidget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.dialogs import ask
 from process_visualizer.gui.toolkit.labels import listing, sentence
-from process_visualizer.gui.toolkit.tasks import DelayedAct
+from process_visualizer.gui.toolkit.tasks import DelayedAction
 
 GRACE_S = 5.0
 """Time during which the command to quit can be canceled [s]."""
@@ -38,7 +38,7 @@ class Quitting(QObject):
         self._launcher = launcher
         self._is_leaving = False
         self._bags_to_play: Tuple[str, ...] = ()
-        self.grace = DelayedAct(GRACE_S, self._quit_unless_lost, clock_s, self)
+        self.grace = DelayedAction(GRACE_S, self._quit_unless_lost, clock_s, self)
         self._patience = QTimer(self, interval=_END_MS, singleShot=True)
         self._patience.timeout.connect(self.close_wanted)
         launcher.launch.stopped.connect(self._go_on)
@@ -57,7 +57,7 @@ class Quitting(QObject):
     def quit(self) -> None:
         """Quit all nodes, or cancel that if they are about to quit; the window stays."""
         if self.grace.is_waiting:
-            self.grace.take_back()
+            self.grace.cancel()
         elif self._at_stake():
             self._ask_to_quit()
         else:
@@ -82,7 +82,7 @@ class Quitting(QObject):
         if self._is_leaving:
             return
         self._is_leaving = True
-        self.grace.take_back()
+        self.grace.cancel()
         self._launcher.guard.cancel()
         self._launcher.bag.keep_open()
         if self._launcher.launch.is_idle:
@@ -131,7 +131,7 @@ class Quitting(QObject):
         question.setDefaultButton(QMessageBox.Cancel)
 
     def _go_on(self) -> None:
-        self.grace.take_back()
+        self.grace.cancel()
         if self._is_leaving:
             self._patience.start()
             self._launcher.recording.after_end_of_run(self.close_wanted.emit)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps the launcher, RViz and the timeline together on the screen."""
+"""Decides when the launcher, RViz and the timeline are moved, to keep them together."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -212,7 +212,7 @@ class WindowKeeper(QObject):
         self._show_rviz_place()
 
     def _show_rviz_place(self) -> None:
-        """Fill the place of an RViz that was closed or killed, or that is started."""
+        """Fill the place of an RViz that was closed or killed, or that is starting."""
         launcher, view = self._launcher, self._launcher.view
         text = 'RViz is starting…' if view.is_starting else view.end_text
         is_covered = launcher.replay.phase is ReplayPhase.SHOWN  # by the RViz of the replay

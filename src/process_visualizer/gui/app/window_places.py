@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places of the launcher, RViz and the timeline on a screen."""
+"""Decides the positions and sizes of the launcher, RViz and the timeline on a screen."""
 from __future__ import annotations
 
 from dataclasses import dataclass

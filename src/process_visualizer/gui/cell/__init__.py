@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The cell: configuration, launching, calibration and alarms; models and panels."""
+"""The cell in the window: configuration, launching, calibration, alarms, notices, saved views."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A strip of fixed size with the alarms: amber and red chips, each with its remedies."""
+"""A strip of fixed size with the alarms (amber and red chips): their order, and their buttons."""
 from __future__ import annotations
 
 import time
@@ -93,9 +93,9 @@ class AlarmStrip(QWidget):
     """Shows the alarms of a model, the worst first; scrolls if they do not fit.
 
     The alarms keep their places while the mouse is over them or a button of theirs has the keyboard
-    focus, so that nobody acknowledges or restarts something that has just come there. An alarm that
-    has ended stays in its place, dimmed; a new one comes below, and is counted beside the alarms if
-    it is out of view.
+    focus, so that nobody acknowledges or restarts something that has just moved there. An alarm
+    that has ended stays in its place, dimmed; a new one is added below, and is counted beside the
+    alarms if it is out of view.
     """
 
     action_wanted = pyqtSignal(object, object)
@@ -245,7 +245,7 @@ def _more_button(area: QScrollArea) -> QToolButton:
     return button
 
 
-_NOT_REPLAYABLE = "Its beginning is not in the recorder's memory any more"
+_NOT_REPLAYABLE = "Its beginning is no longer in the recorder's memory"
 
 
 class AlarmChip(QFrame):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The present alarms, and the events since the launcher was opened."""
+"""Collects the present alarms of all sources, and the events since the launcher was opened."""
 from __future__ import annotations
 
 import getpass
@@ -184,7 +184,7 @@ class AlarmsModel(QObject):
         is_up = running is not None and self._launch.phase in _UP
         if not is_up or (condition.part and condition.part not in self._launch.reports):
             return QUIT
-        if condition.told_by and running is not None and running.mode is Mode.PLAYBACK:
+        if condition.reported_by and running is not None and running.mode is Mode.PLAYBACK:
             return NO_DATA  # the condition was of the live cell
         lost: Set[Tuple[str, ...]] = {*self._states.lapsed_warnings(), *self._lost_channels,
                                       *self._lost_sensors}

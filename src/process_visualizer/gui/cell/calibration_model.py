@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calibration: poses, boxes and tools of devices, edited while nodes run, saved in the file."""
+"""Poses, boxes and tools of devices, edited while nodes run; decides which saved pose applies."""
 from __future__ import annotations
 
 import math
@@ -144,7 +144,7 @@ class CalibrationModel(EditedValues[Pose]):
         self._take_dragged(Pose(xyz, ypr))
 
     def take_recorded(self) -> None:
-        """Move the frame to where it was when the recording was made."""
+        """Move the frame to its pose when the recording was made."""
         if self.recorded_pose is not None:
             self.set_to(self.device, self.recorded_pose)
 
@@ -273,8 +273,8 @@ class FitModel(QObject):
         before = self._begun_at
         if name in self._calibration.devices and not self._calibration.blocked_reason:
             if before is None:
-                self._refused[name] = (f'{name} was moved during the fit: what was found is for '
-                                       'where it was before, and is not used. Fit again.')
+                self._refused[name] = (f'{name} was moved during the fit, so the result is not '
+                                       'used. Fit again.')
             else:
                 self._results[name] = _described(found, before)
                 self._calibration.set_pose(name, found.pose)
@@ -383,7 +383,7 @@ class RecordingCalibrationModel(QObject):
         if not isinstance(error, BagError):
             raise error
         if wanted == self._paths:
-            self.failed.emit(f'{error}. The frames are where the configuration says.')
+            self.failed.emit(f'{error}. The frames have the poses in the configuration.')
 
 
 # Offers to write a robot's learned tool frame into the configuration.

@@ -193,9 +193,9 @@ class CalibrationPanel(QWidget):
 
     def _set_up_recording(self) -> None:
         for button, name, hint, action in (
-                (self._as_recorded, 'as_recorded', 'Move it to where it was when the recording was '
+                (self._as_recorded, 'as_recorded', 'Move it to its pose when the recording was '
                  'made', self._model.take_recorded),
-                (self._as_file, 'as_file', 'Move it to where the configuration says',
+                (self._as_file, 'as_file', 'Move it to its pose in the configuration',
                  self._model.take_file),
                 (self._keep, 'keep', 'Write the numbers into a file beside the recording; they '
                  'count whenever it is played', self._model.save_for_recording)):

@@ -179,7 +179,7 @@ class ExpectModel(QObject):
                   'the tab Calibration')
 
     def _was_reverted(self, last: SavedPose) -> None:
-        self._end(f'{os.path.basename(last.file)} is as it was before')
+        self._end(f'{os.path.basename(last.file)} is restored')
 
     def _end(self, note: str) -> None:
         self.is_saving = False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launching and quitting: the nodes of a choice, their states, and other nodes in their way."""
+"""Launches and quits nodes; decides when a launch has ended, and which other nodes prevent one."""
 from __future__ import annotations
 
 import os
@@ -218,7 +218,7 @@ class LaunchModel(QObject):
             self._timer.start()
 
     def _check_whether_up(self) -> None:
-        """Note that everything is launched, once no part is starting any more, failed or not.
+        """Note that everything is launched, once no part is still starting, failed or not.
 
         A node that does not start is not waited for.
         """

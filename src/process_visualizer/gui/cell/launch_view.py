@@ -53,10 +53,10 @@ class RvizMenu(QMenu):
 
     def show_rviz(self, is_alive: bool) -> None:
         """Offer what is possible while RViz runs, or after it has died."""
-        self._restart.setToolTip('It starts with its present view' if is_alive
-                                 else 'It starts with the view of the launch')
+        self._restart.setToolTip('Restarts with the current view' if is_alive
+                                 else 'Restarts with the view of the launch')
         self._save.setEnabled(is_alive)
-        self._save.setToolTip('' if is_alive else 'RViz does not run: restart it first')
+        self._save.setToolTip('' if is_alive else 'RViz is not running: restart it first')
 
     def show_views(self, names: Tuple[str, ...], chosen: Optional[str]) -> None:
         """Offer the saved views of the ticked devices."""

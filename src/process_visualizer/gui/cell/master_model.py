@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master, which is found or started, and watched; and the watch over all nodes."""
+"""Decides when the ROS master counts as lost, and when RViz counts as slow or hanging."""
 from __future__ import annotations
 
 from typing import Optional, Set

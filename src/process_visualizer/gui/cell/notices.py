@@ -93,8 +93,9 @@ class MadeNotice(NoticeFrame):
 
 _MAX_SENTENCES = 3
 _MEANING = {
-    Mode.PLAYBACK: '{}, in addition to the recording: what you see is a mixture. Stop that node.',
-    Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
+    Mode.PLAYBACK: '{}: the picture mixes live data with the recording. Stop that node.',
+    Mode.REALTIME: '{}, which plays a recording: the picture mixes live data with it. Stop that '
+                   'player.'}
 
 
 class MixtureNotice(NoticeFrame):
@@ -127,7 +128,7 @@ class LostMasterNotice(NoticeFrame):
         self._master = master
         remedy = QPushButton('Start again…')
         remedy.setObjectName('lost_master_remedy')
-        remedy.setToolTip('Quit all nodes, and start the launcher again; you are asked first')
+        remedy.setToolTip('Quit all nodes, and restart the launcher; you will be asked first')
         remedy.clicked.connect(self.remedy_wanted)
         self.add_buttons(remedy)
         for changed in (master.lost, master.returned):
@@ -152,8 +153,8 @@ class ToolNotice(NoticeFrame):
         self._write.clicked.connect(model.write)
         self._dismiss = QPushButton('Not now')
         self._dismiss.setObjectName('tool_dismiss')
-        self._dismiss.setToolTip('Leave the file as it is; you are not asked again until the '
-                                 'launcher is closed')
+        self._dismiss.setToolTip('Leave the file as it is; you will not be asked again in '
+                                 'this session')
         self._dismiss.clicked.connect(model.dismiss)
         self.add_buttons(self._write, self._dismiss)
         model.changed.connect(self._show)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Unmodeled objects near robots: those that are there now, and when there were some."""
+"""Decides which unmodeled objects near robots are alarms, and in which spans there were some."""
 from __future__ import annotations
 
 import math
@@ -30,7 +30,7 @@ _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 
 
 class ObjectsModel(QObject):
-    """Judges what the sensors of the running cell see; ``changed`` comes with anything new."""
+    """Judges what the sensors of the running cell see; ``changed`` is emitted for anything new."""
 
     changed = pyqtSignal()
     sensors_wanted = pyqtSignal(object)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""RViz: its place on the screen, and the views that the operator has saved."""
+"""The state of RViz (starting, alive, ended), and the views that the operator has saved."""
 from __future__ import annotations
 
 import os
@@ -39,7 +39,7 @@ class ViewModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     ended = pyqtSignal()
-    """RViz has been closed or has died, or it is started: see ``end_text`` and ``is_starting``."""
+    """RViz has been closed or has died, or it is starting: see ``end_text`` and ``is_starting``."""
 
     def __init__(self, tasks: Tasks, session: Session, launch: LaunchModel) -> None:
         super().__init__(launch)
@@ -82,7 +82,7 @@ class ViewModel(QObject):
 
     @property
     def is_starting(self) -> bool:
-        """Return whether RViz is started, alone or with the nodes, and has drawn nothing yet."""
+        """Return whether RViz is starting, alone or with the nodes, and has drawn nothing yet."""
         return self._is_starting
 
     def take_drawing(self) -> None:

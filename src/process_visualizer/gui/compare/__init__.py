@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Comparison of runs: models and the panel."""
+"""Comparison of runs, recorded or live: finding and comparing them, the ghost, and the panel."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The runs of recordings: the good ones, and how the others differ from them."""
+"""Finds, compares, aligns and shares the runs of recordings; keeps which runs are good."""
 from __future__ import annotations
 
 import os
@@ -89,7 +89,7 @@ def _kept_anchors(settings: Mapping[str, Any]) -> Anchors:
 
 def _texts(values: Any) -> Tuple[str, ...]:
     if not isinstance(values, list):
-        raise TypeError(f'{values!r} is no list')
+        raise TypeError(f'{values!r} is not a list')
     return tuple(str(value) for value in values)
 
 

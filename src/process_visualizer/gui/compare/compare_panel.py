@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The panel *Why was this run poor*: the runs, ticks for the good ones, and the departures."""
+"""The panel *Compare*: the runs, ticks for the good ones, and where the others left the band."""
 from __future__ import annotations
 
 import os
@@ -94,8 +94,8 @@ class ComparePanel(QWidget):
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
-                              'that is played, or that goes on; at each tool how far it is\n'
-                              'from there, 20 times as long')
+                              'that is played or in progress; at each tool the distance\n'
+                              'from it as an arrow, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _RowsTree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.finished = _RowsTree('finished_runs', ('Run ended', 'Length', 'Verdict'),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The visible parts of a lane's curves, and their scales, one per unit."""
+"""Decides the heights of lanes, and the scales of their curves, one per unit."""
 from __future__ import annotations
 
 import math

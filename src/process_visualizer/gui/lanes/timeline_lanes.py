@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of process variables as lanes, and their values as texts."""
+"""Lanes of curves: their value texts, and distinct colors of curves that share a lane."""
 from __future__ import annotations
 
 import math

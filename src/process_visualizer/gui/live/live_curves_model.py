@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of the running cell, read in the background."""
+"""Reads the curves of the running cell in the background; decides how often, by its cost."""
 from __future__ import annotations
 
 import time
@@ -45,8 +45,8 @@ class LookPace:
 
 
 LINE = 'live curves'
-_SILENT = f'{NOT_RESPONDING}; the curves go on when it does'
-_ENDED = 'The recorder has ended. Restart it from its alarm; the curves go on then'
+_SILENT = f'{NOT_RESPONDING}; the curves continue when it responds'
+_ENDED = 'The recorder has ended. Restart it from its alarm to continue the curves'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
 """Lengths of the past to choose from; the first is the length of the recorder's memory."""
 _JUDGED_S = 30.0
@@ -132,7 +132,7 @@ class LiveCurvesModel(QObject):
 
     @property
     def problem(self) -> str:
-        """Return why no new data comes while the cell runs; empty if all is well."""
+        """Return why no new data arrives while the cell runs; empty if all is well."""
         if not self._is_running:
             return ''
         return _ENDED if self._has_ended else _SILENT if self._is_silent else ''

@@ -41,7 +41,7 @@ _STEADY = 0.1
 
 
 _SLOW_S = 20
-"""Time to prepare a replay after which it is said why: its processes have a lower priority [s]."""
+"""Time to prepare a replay after which the reason (its low priority) is shown [s]."""
 
 
 class ReplayBar(QWidget):
@@ -99,7 +99,7 @@ class ReplayBar(QWidget):
         else:
             taken_s = int(self._now_s() - (self._since_s or self._now_s()))
             self.state.setText('Preparing the replay…' + (f' {taken_s} s' if taken_s else '')
-                               + (': the running cell comes first' if taken_s >= _SLOW_S else ''))
+                               + (': the running cell has priority' if taken_s >= _SLOW_S else ''))
 
     def _button(self, name: str, hint: str, action: Callable[[], object]) -> QToolButton:
         button = QToolButton()

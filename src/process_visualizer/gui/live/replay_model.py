@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instant replay of the last seconds while the cell and its recording continue."""
+"""Instant replay of the last seconds; decides when it is ready, and when it is given up."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -196,7 +196,7 @@ class ReplayModel(QObject):
         elif report.state is PartState.STOPPED and report.part == RVIZ_PART and (
                 before is None or before.state is not PartState.STOPPING):  # not restarted
             if self._phase is ReplayPhase.PREPARING:
-                self._give_up('There is no replay: its RViz was closed while it started')
+                self._give_up('Replay failed: its RViz was closed while it started')
             self.leave()  # the operator has closed its window
         elif report.part == BAG_PART and report.state is PartState.RUNNING and (
                 before is None or before.state is not PartState.RUNNING):
@@ -208,7 +208,7 @@ class ReplayModel(QObject):
             self._run(lambda: self._tools.restart(report.part))
         if report.part in self._restarted:
             self.changed.emit()
-        self._look_whether_ready()
+        self._check_ready()
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Update from the newest state of the second cell's player."""
@@ -219,7 +219,7 @@ class ReplayModel(QObject):
         self.playback.take_state(snapshot)
         if is_first:
             self.playback.seek(self._wanted_s - self._begin_s)
-        self._look_whether_ready()
+        self._check_ready()
 
     def _holds(self, time_s: float, choice: Choice) -> bool:
         """Return whether the last copy contains a moment and the second cell still shows it."""
@@ -235,7 +235,7 @@ class ReplayModel(QObject):
         self._phase, self._is_opening = ReplayPhase.PREPARING, False
         self._restarted.clear()
         self.playback.seek(self._wanted_s - self._begin_s)
-        self._look_whether_ready()
+        self._check_ready()
         self.changed.emit()
 
     def _begin(self, choice: Choice) -> None:
@@ -263,9 +263,9 @@ class ReplayModel(QObject):
         self._path = path
         self._copies += 1
         self.copied.emit()
-        self._look_whether_ready()
+        self._check_ready()
 
-    def _look_whether_ready(self) -> None:
+    def _check_ready(self) -> None:
         view = self._reports.get(RVIZ_PART)
         if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
                 or view is None or view.state is not PartState.RUNNING or view.has_died:
@@ -303,7 +303,7 @@ class ReplayModel(QObject):
             return
         if not isinstance(error, self._refused):
             raise error
-        self._give_up(f'There is no replay: {error}')
+        self._give_up(f'Replay failed: {error}')
 
     def _give_up(self, text: str) -> None:
         if not self.is_live:

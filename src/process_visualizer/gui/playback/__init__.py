@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Playback: models, and the timeline with its buttons."""
+"""Playback: the opened recording, commands to the player, and the timeline with its buttons."""

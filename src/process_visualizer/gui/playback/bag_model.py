@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recording chosen for playback: its files, its curves, its played topics."""
+"""Opens the recording for playback, or says why not; its curves, played topics and marks."""
 from __future__ import annotations
 
 import os
@@ -587,5 +587,6 @@ class BagModel(QObject):
         self._gone = gone
         self.changed.emit()
         if gone:
-            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. What plays '
-                             'goes on until its nodes are quit; put it back, or open another bag.')
+            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. '
+                             'Playback continues until its nodes are quit; put it back, or open '
+                             'another bag.')

@@ -218,8 +218,8 @@ class ForeignRow(QWidget):
         self.text.setText(bag.waiting_note)
         self.make.setText('Use the configuration in it…' if bag.holds_configuration
                           else 'Make a configuration from it…')
-        self.make.setToolTip('Writes it into a file that you name, and opens that. What it would '
-                             'start on this computer is left out' if bag.holds_configuration else
+        self.make.setToolTip('Writes it into a file that you name, and opens that. Programs that '
+                             'it would start here are left out' if bag.holds_configuration else
                              'Writes one for its topics into a file that you name, and opens that')
         self.make.setVisible(bool(bag.foreign_paths))
         self.setVisible(bool(bag.waiting_note))

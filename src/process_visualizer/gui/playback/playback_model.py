@@ -111,7 +111,7 @@ class PlaybackModel(QObject):
     # The player's state.
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Update from the newest state of the player; None if there is no player any more."""
+        """Update from the newest state of the player; None if the player is gone."""
         self._silence.stop() if snapshot is None else self._silence.hear()
         before = self.state
         self.state = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)

@@ -262,7 +262,7 @@ class PlaybackPosition:
         self._shown_s = 0.0
 
     def take(self, snapshot: Optional[PlayerSnapshot]) -> None:
-        """Update from the newest state of the player; None if there is no player any more."""
+        """Update from the newest state of the player; None if the player is gone."""
         before, self._snapshot = self._snapshot, snapshot
         if snapshot is None:
             return

@@ -124,9 +124,9 @@ def _draw(painter: QPainter, x: float, kind: MomentKind, bottom: float) -> None:
 _CURSORS = {'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor, 'moment': Qt.SizeHorCursor,
             'mark': Qt.PointingHandCursor}
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to redraw on each side of playhead and mouse
-_HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
+_HINT = ('Click to jump, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
-         'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
+         'Home/End: jump to start/end. Page up/down: jump from mark to mark. A, B, L: the loop.')
 
 
 class TimelineView(LanesTimeline):

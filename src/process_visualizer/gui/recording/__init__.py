@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recording: models and the panel."""
+"""Recording: the choice of topics and file, commands to the recorder, its state, and the panel."""

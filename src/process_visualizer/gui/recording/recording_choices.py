@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's choices for a recording: its name, its folder, its topics."""
+"""Decides which topics are ticked at first, and whether name, folder and disk can be used."""
 from __future__ import annotations
 
 import os
@@ -105,12 +105,12 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
     if not folder.is_absolute():
         return f'Enter a full path (starting with /) instead of "{folder}"'
     if not existing.is_dir():
-        return f'{existing} is no folder; choose another'
+        return f'{existing} is not a folder; choose another'
     if os.statvfs(existing).f_flag & os.ST_RDONLY:
         return f'the disk of {existing} is mounted read-only; choose a folder on another one'
     if not os.access(existing, os.W_OK | os.X_OK):
-        return (f'you may not write into {existing}; choose another folder, or let its owner '
-                'give you the permission')
+        return (f'you have no write permission for {existing}; choose another folder, or ask '
+                'its owner')
     if free_bytes is not None and free_bytes < MIN_FREE_BYTES:
         return (f'the disk of {folder} is full: a recording needs '
                 f'{size_text(MIN_FREE_BYTES - free_bytes)} more; delete old recordings or choose '
@@ -454,7 +454,7 @@ class DiskRoom(NamedTuple):
     @property
     def limit_text(self) -> str:
         """The free space at which a recording stops, in words."""
-        return f'A recording stops when only {_exact_size(self.limit_bytes)} are free' \
+        return f'A recording stops when free space drops to {_exact_size(self.limit_bytes)}' \
             if self.limit_bytes else 'A recording stops when the disk is full'
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recording: the state of the recorder, and the commands to it."""
+"""Sends commands to the recorder, follows its state, and finds the verdict on a finished bag."""
 from __future__ import annotations
 
 import os

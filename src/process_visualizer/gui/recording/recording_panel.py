@@ -392,7 +392,7 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
 
 _TOOLTIPS = {
     NameChoice.DATE: 'Use standard file name: the current date and time',
-    NameChoice.PREFIX: 'Use a prefix, with the date and time behind it',
+    NameChoice.PREFIX: 'Use a prefix, followed by date and time',
     NameChoice.NAME: 'Use the following file name'}
 _NAME_TEXTS = {NameChoice.DATE: 'Date and time',
                NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
@@ -413,7 +413,7 @@ class NameOptions(QWidget):
             self._add_button(choice)
         self._prefix = _line('record_prefix', 'Prefix', 'seam', 'Put before date and time')
         self._name = _line('record_name', 'File name', 'seam',
-                           'The name of the file; never overwrites')
+                           'File name; existing files are never overwritten')
         self._folder = _line('record_folder', 'Folder', '',
                              'Recordings go here; created if it does not exist')
         self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of recording, as an immutable value, and its changes by commands and reports."""
+"""The state of recording, its changes by commands and reports, and why a command is refused."""
 from __future__ import annotations
 
 from typing import Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
@@ -27,9 +27,9 @@ NOT_RESPONDING = 'The recorder is not responding'
 NOTHING_TOLD = RecorderSnapshot('idle')
 _MIN_RECENT_S = 1.0
 _HOLE_S, _MEASURED_S = 1.5, 4.0
-"""Time without a report that is no usual one [s], and the time after it until rates are right [s].
+"""Report gap that counts as abnormal [s], and the time after it until reported rates are valid [s].
 
-Reports come every half second. The recorder measures rates once a second, and the first
+Reports arrive every half second. The recorder measures rates once a second, and the first
 measurement after it hung covers that time.
 """
 _SENT_ERROR_S = 0.1
@@ -50,7 +50,7 @@ class RecordingState(NamedTuple):
     ``error`` is about something else. ``label`` is the label of the next mark, or ''.
     ``snapshot`` is the recorder's last report, without rates once the recorder is silent.
     ``answered_s`` is the time of the last answer to a command, ``heard_s`` that of the last report;
-    ``rated_s`` is the time from which on the rates in reports are right.
+    ``rated_s`` is the time after which reported rates are valid.
     """
 
     phase: RecordingPhase = RecordingPhase.OFF
@@ -276,7 +276,7 @@ def obstacle(
     if phase in (RecordingPhase.STARTING, RecordingPhase.RECORDING, RecordingPhase.STOPPING):
         return ''
     if phase in (RecordingPhase.OFF, RecordingPhase.WAITING):
-        return 'nothing to record with: launch the devices in real-time mode first'
+        return 'the recorder is not running; launch the devices in real-time mode first'
     if phase is RecordingPhase.GONE:
         return 'the recorder has ended; restart it from its alarm'
     if is_silent:
@@ -288,7 +288,7 @@ def obstacle(
 
 def repair(path: str) -> str:
     """Return advice for a file that the recorder has not finished."""
-    return (f'What it wrote is in {active(path)}; Recover on the tab Recording (or "rosrun '
+    return (f'Its data is in {active(path)}; Recover on the tab Recording (or "rosrun '
             f'process_visualizer cell reindex {active(path)}") makes a bag of it')
 
 

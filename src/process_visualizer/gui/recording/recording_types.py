@@ -81,7 +81,7 @@ class FinishedBag(NamedTuple):
 
 
 _MAX_S = 1.5
-"""Maximum time for which the clock runs without a report [s]; reports come every half second."""
+"""Maximum time for which the clock runs without a report [s]; reports arrive every half second."""
 
 
 class RecordingClock(NamedTuple):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Scrolling places, so that widgets that come and go do not move others."""
+"""Scroll areas in which widgets that appear and disappear do not move others."""
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt
@@ -101,7 +101,7 @@ class ColumnScroll(StillScroll):
         return self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
 
 
-# Scrolling places for widgets that come and go, so that nothing around them moves.
+# Scroll areas for widgets that appear and disappear, so that nothing around them moves.
 
 _MIN_NOTICE_LINES = 3
 _BELOW_PX = 5  # lines are up to a pixel higher than the font reports, with underscores at the end

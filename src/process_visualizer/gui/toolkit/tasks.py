@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Slow work off the GUI thread, with results delivered to the GUI thread."""
+"""Runs slow work outside the GUI thread, in named worker queues; delivers results to it."""
 from __future__ import annotations
 
 import math
@@ -28,7 +28,7 @@ class _Outcome(NamedTuple):
 
 
 class Tasks(QObject):
-    """Lines of work by name, each with its own thread for the life of the program.
+    """Named worker queues (lines), each with its own thread for the life of the program.
 
     Tasks of a line run one after the other, in order. Related work, such as all commands of the
     player, goes into one line.
@@ -171,10 +171,10 @@ class TaskProgress(QObject):
 
 
 _LOOK_MS, _LATE_S = 200, 1.0
-"""Period of looks [ms]; longer gaps than this [s] do not count, as the window was blocked."""
+"""Polling period [ms]; longer gaps than this [s] do not count, as the window was blocked."""
 
 
-class DelayedAct(QObject):
+class DelayedAction(QObject):
     """Acts after a delay; ``changed`` is emitted for each second that is left."""
 
     changed = pyqtSignal()
@@ -189,16 +189,16 @@ class DelayedAct(QObject):
         self._left_s = 0
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
-        self._timer.timeout.connect(self.look)
+        self._timer.timeout.connect(self.poll)
 
     @property
     def is_waiting(self) -> bool:
-        """Return whether the act is pending, and can be canceled."""
+        """Return whether the action is pending, and can be canceled."""
         return self._due_s is not None
 
     @property
     def left_s(self) -> int:
-        """The seconds until the act; 0 if none is pending."""
+        """The seconds until the action; 0 if none is pending."""
         return self._left_s
 
     def begin(self) -> None:
@@ -206,16 +206,16 @@ class DelayedAct(QObject):
         self._looked_s = self._clock_s()
         self._due_s = self._looked_s + self._delay_s
         self._timer.start()
-        self.look()
+        self.poll()
 
-    def take_back(self) -> None:
-        """Cancel the act."""
+    def cancel(self) -> None:
+        """Cancel the action."""
         self._due_s = None
         self._timer.stop()
         self._show(0)
 
-    def look(self) -> None:
-        """Act if the time has come."""
+    def poll(self) -> None:
+        """Act if the delay is over."""
         if self._due_s is None:
             return
         now_s = self._clock_s()
@@ -225,7 +225,7 @@ class DelayedAct(QObject):
         if left_s > 0.0:
             self._show(math.ceil(left_s))
         else:
-            self.take_back()
+            self.cancel()
             self._act()
 
     def _show(self, left_s: int) -> None:
@@ -244,7 +244,7 @@ class SilenceWatch(QObject):
     """
 
     silent = pyqtSignal()
-    """No message has come for long; the next ``hear`` ends the silence."""
+    """No message has arrived for long; the next ``hear`` ends the silence."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -279,7 +279,7 @@ class NewestCall(Generic[Value]):
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """Set callbacks: ``on_done`` when no value waits any more, ``on_error`` for a failure."""
+        """Set callbacks: ``on_done`` when no value is waiting, ``on_error`` for a failure."""
         self._tasks = tasks
         self._line = line
         self._function = function

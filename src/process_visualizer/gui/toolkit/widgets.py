@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Widgets and layouts that the panels share."""
+"""Widgets that the panels share: labels that fit, notices, pose fields, guarded buttons."""
 from __future__ import annotations
 
 import math

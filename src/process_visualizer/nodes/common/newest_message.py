@@ -52,7 +52,7 @@ class NewestMessage:
     def holds_for_s(self, quick_s: float) -> float:
         """Return how long the last value stays valid [s]; see `SendingHabit`.
 
-        If the topic has no publisher any more, this is ``quick_s``.
+        If the topic has lost its publisher, this is ``quick_s``.
         """
         is_published = self._subscriber.get_num_connections() > 0
         return self._habit.holds_for_s(quick_s) if is_published else quick_s

@@ -335,7 +335,7 @@ def required_name(name: str) -> str:
         ValueError: the name is empty, too long or not printable.
     """
     if not name or not name.isprintable():
-        raise ValueError(f'{name[:_SHOWN_CHARACTERS]!a} is no name of a topic or parameter')
+        raise ValueError(f'{name[:_SHOWN_CHARACTERS]!a} is not a name of a topic or parameter')
     if len(name) > MAX_NAME_CHARACTERS:
         raise ValueError(_too_long('a name', name))
     return name
@@ -353,7 +353,7 @@ def checking_names(service_class: Any, handler: Callable[[Any], Any]) -> Callabl
                 return service_class._response_class(success=False, message=_too_long(field, text))
             if not text.isprintable():
                 return service_class._response_class(
-                    success=False, message=f'{field}: {text!a} is no name')
+                    success=False, message=f'{field}: {text!a} is not a name')
         return handler(request)
 
     return answer

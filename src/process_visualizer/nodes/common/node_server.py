@@ -45,8 +45,8 @@ class NodeServer(TCPServer):
             except (OSError, MemoryError, RuntimeError) as error:
                 if self.is_shutdown or getattr(error, 'errno', None) == errno.EBADF:
                     return
-                rospy.logerr('a connection was lost, and others may have been: %s. If this goes '
-                             'on, start the node again', shown(repr(error)))
+                rospy.logerr('a connection was lost, and others may have been: %s. If this '
+                             'continues, restart the node', shown(repr(error)))
                 time.sleep(_RETRY_S)  # retrying sooner does not end a shortage
 
     def _handle(self, connection: socket.socket, address: Any) -> None:

@@ -126,8 +126,8 @@ class TimeWatch:
             return ("ROS time has gone back: this computer's clock was set back, or what publishes "
                     '/clock was restarted')
         if steady_s - self._advanced_s > MAX_STEP_S:
-            return ('ROS time stands still: look at what publishes /clock, or set /use_sim_time '
-                    'to false')
+            return ('ROS time is not advancing; check the publisher of /clock, or set '
+                    '/use_sim_time to false')
         return ''
 
 

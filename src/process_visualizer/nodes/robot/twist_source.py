@@ -498,7 +498,7 @@ class TwistSource:
     @property
     def doubts_stamps(self) -> bool:
         """Return whether the last pose's stamp did not advance, although it is used."""
-        return self._times.standing and not self.is_recorded
+        return self._times.stamp_did_not_advance and not self.is_recorded
 
     def add(self, pose: ToolPose, now_s: float) -> None:
         """Add a received pose."""

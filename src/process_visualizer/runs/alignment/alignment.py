@@ -104,7 +104,7 @@ class AlignmentMethod(Enum):
     MOTION = 'the motion of the tools'
     EVENTS = 'their events'
     STATES = 'their states'
-    ANCHORS = 'what the operator says'
+    ANCHORS = 'moments that the operator has set'
     BEGIN = 'their start'
 
 

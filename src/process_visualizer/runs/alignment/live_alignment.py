@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Live alignment of a run in progress with its reference, from the run's beginning to its end."""
+"""Decides where in its reference a live run is, and when live runs begin and end."""
 from __future__ import annotations
 
 import math

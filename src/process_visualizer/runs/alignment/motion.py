@@ -12,7 +12,7 @@ from process_visualizer.runs.series import known_at, moving_maximum
 _MIN_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
 _NOISE_S = 0.1
-"""Time before and after over which speed is averaged [s], so that noise at rest is no motion."""
+"""Time before and after over which speed is averaged [s], so that noise at rest is not motion."""
 
 
 class ToolsMotion(NamedTuple):

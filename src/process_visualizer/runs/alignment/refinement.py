@@ -139,8 +139,8 @@ def refined(rough: TimeMap, reference: ToolsMotion, run: ToolsMotion) -> TimeMap
     """Return a map by which the tools of the run lie where the reference's do.
 
     Only the shift along the direction of motion is used: the distance of a tool from its path says
-    nothing about time. Neither does a constant offset of a tool; it is what is left when shifts
-    have explained all that they can.
+    nothing about time. A constant offset of a tool says nothing either; it is what is left when
+    shifts have explained all that they can.
     """
     times_s = run.times_s
     inside = (times_s >= rough.run_s[0]) & (times_s <= rough.run_s[-1])

@@ -94,7 +94,7 @@ def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> Com
     pairs.sort()
     kept = _longest_rising([it[1] for it in pairs])
     if len(kept) < len(pairs):
-        notes.append(f'{len(pairs) - len(kept)} of {len(pairs)} events come in a different order '
+        notes.append(f'{len(pairs) - len(kept)} of {len(pairs)} events occur in a different order '
                      'than in the reference; they are ignored')
     chosen = np.array([pairs[row] for row in kept], float).reshape(-1, 2)
     return CommonEvents(chosen[:, 0], chosen[:, 1], tuple(notes))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The comparison of a run with good ones: where it left their band, and what was not judged."""
+"""The result of comparing a run: where it left the band, what was not judged, how bad it is."""
 from __future__ import annotations
 
 import math
@@ -40,7 +40,7 @@ class Comparison(NamedTuple):
 
     @property
     def unjudged_s(self) -> float:
-        """Return for how long anything was not judged, for lack of data that good runs have [s]."""
+        """Return the total time during which some signal was not judged for lack of data [s]."""
         total_s, until_s = 0.0, -math.inf
         for it in sorted(self.unjudged, key=lambda it: it.begin_s):
             if it.why is not Missing.SELDOM:
@@ -50,7 +50,7 @@ class Comparison(NamedTuple):
 
     @property
     def is_judged_in_part(self) -> bool:
-        """Return whether so much was not judged that "in range" would say too much."""
+        """Return whether so much was not judged that "in range" would be misleading."""
         return self.unjudged_s > _MAX_UNJUDGED_SHARE * self.run.duration_s
 
     @property

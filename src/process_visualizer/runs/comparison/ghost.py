@@ -391,7 +391,7 @@ class LiveReference(NamedTuple):
 def live_reference(cell: Cell, run: Run) -> LiveReference:
     """Return a run as the reference for live robots; loads the robots' models.
 
-    Marks are no events here, because nobody has set them yet. A span between marks is left out.
+    Marks are not events here, because nobody has set them yet. A span between marks is left out.
     """
     events = tuple(ReferenceEvent(event, tuple(it.time_s for it in run.events
                                                if it.name == event.name))

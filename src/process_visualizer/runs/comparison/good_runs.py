@@ -379,12 +379,12 @@ class GoodRuns:
         if run.is_damaged:
             notes.append(DAMAGED)
         if alignment.means is not AlignmentMethod.MOTION:
-            notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
+            notes.append(f'aligned by {alignment.means.value}: the runs have no motion in common')
         elif not unknown_moments(self.reference, run, self.times_s,
                                  alignment.time_map.to_run(self.times_s)).any():
             notes += _pace(alignment)
         if all(it.run.place != run.place for it in self._good):
-            notes.append('not judged: where the tools are, but for what is the same at all places, '
+            notes.append('not judged: the positions of tools, except where all places are alike, '
                          f'as there is no good run of {_group_text(run.place)}')
         notes += self._missing(run)
         known = {run.configuration, self.reference.configuration} - {''}

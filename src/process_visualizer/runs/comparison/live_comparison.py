@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A running cell compared with good runs: the signals out of their band now, and since when."""
+"""Decides which signals of a running cell leave their band, and after how long it is reported."""
 from __future__ import annotations
 
 import json
@@ -64,7 +64,7 @@ _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
 _MOMENT = 'the moment in the reference'
-_GOES_ON = 0.5
+_MIN_PACE = 0.5
 """Minimum pace of a run, as a share of the reference's, while its moment is unknown."""
 
 
@@ -148,11 +148,11 @@ class LiveComparison:
     def unjudged_s(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                    reference_s: np.ndarray, since_s: float,
                    expected: Collection[Key] = ()) -> Dict[str, float]:
-        """Return for how long [s] channels could not be judged, by name, for lack of values.
+        """Return the time [s] in which channels were not judged for lack of values, by name.
 
         Channels without any values count if they are ``expected``; others have no live curve.
 
-        What came after ``judged_until_s`` is left out, as later values complete it; so is what was
+        Times after ``judged_until_s`` are left out, as later values complete them, and so are times
         before ``since_s``. The rest is as for ``departures``.
         """
         is_asked = (times_s > since_s) & (times_s <= self.judged_until_s(times_s, reference_s))
@@ -307,7 +307,7 @@ def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
     for begin, end in spans(unknown):
         is_within = begin > 0 and end < len(unknown)
         passed_s = reference_s[end] - reference_s[begin - 1] if is_within else -np.inf
-        unknown[begin:end] = passed_s >= _GOES_ON * (end - begin + 1) / RATE_HZ
+        unknown[begin:end] = passed_s >= _MIN_PACE * (end - begin + 1) / RATE_HZ
     return unknown
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The signals and times of a run that are not judged, for lack of data."""
+"""Decides which signals and times of a run are not judged ('no data' in a verdict)."""
 from __future__ import annotations
 
 from enum import Enum
@@ -36,7 +36,7 @@ class Missing(Enum):
     """The reason why a signal is not judged, as a text."""
 
     DATA = 'no data'
-    MOTION = ('messages of the motion are missing or came late there, so the moment of the process '
+    MOTION = ('messages of the motion are missing or arrived late, so the moment of the process '
               'is unknown')
     SELDOM = 'fewer than two values a second'
 
@@ -44,7 +44,7 @@ class Missing(Enum):
 class Unjudged(NamedTuple):
     """A signal that is not judged between two times of the recording [s].
 
-    One that comes too rarely is judged nowhere.
+    A signal sampled too rarely is not judged at all.
     """
 
     signal: Signal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Deviations and times in the words that operators read."""
+"""Verdicts, deviations and times in the words that operators read."""
 from __future__ import annotations
 
 import math

@@ -69,7 +69,7 @@ class StuckSensors:
     def _is_late(self, key: Key, found: Departure) -> bool:
         """Return whether good runs stayed the same for as long and then changed, as the band shows.
 
-        What good runs did before they begin does not count.
+        The time before the beginning of a good run does not count.
         """
         passed_s = self._times_s - found.onset_s
         before = (passed_s > _MIN_S) & (self._times_s < found.left_s)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Departures of a run from the band, and which signal left it first."""
+"""Decides when a signal has left the band, when that began (onset), and which left first."""
 from __future__ import annotations
 
 from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -461,7 +461,7 @@ def _usual_width(limits: SignalBand) -> np.ndarray:
 
 def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
               count: int) -> Tuple[int, int]:
-    """Return a stretch joined with those that follow closely: a short swing inside is no end."""
+    """Return a stretch joined with those that follow closely, after a short swing inside."""
     begin, end = first
     for other in stretches:
         if end <= other[0] <= end + max(end - begin, _BACK_ROWS):

@@ -245,7 +245,7 @@ def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, gaps: np.ndarray) -> 
         return np.zeros(len(moments_s), bool)
     begin_s, end_s = gaps.T
     is_late = np.array([np.count_nonzero((times_s > begin) & (times_s <= end)) > 1
-                        for begin, end in gaps])  # values that came at once belong to the gap
+                        for begin, end in gaps])  # values that arrived at once belong to the gap
     near_s = np.where(is_late, _NEAR_GAP_S, np.minimum(end_s - begin_s, _NEAR_GAP_S))
     return inside(moments_s, np.column_stack((begin_s - near_s, end_s + near_s)))
 

@@ -45,7 +45,7 @@ def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
     if not found:
         missing = next((name for name, times in ((span.begin, begins), (span.end, ends))
                         if not times), None)
-        raise NoCycle(f'{whole.name} holds no whole run: ' + (
+        raise NoCycle(f'{whole.name} contains no complete run: ' + (
             f'"{missing}" does not occur' if missing is not None
             else f'no "{span.end}" follows a "{span.begin}"'))
     return tuple(_run(whole, span, cycle, f'{whole.name}#{number}')
@@ -122,7 +122,7 @@ class ChosenRuns:
             BagError: a file cannot be read as a bag, or holds no configuration.
             ReadingCanceled: is_canceled() has become true.
             ConfigurationError: the configuration in a bag is not valid on this machine.
-            NoCycle: a recording holds no whole run.
+            NoCycle: a recording contains no complete run.
             ValueError: there is no cycle of that number.
             OSError: the files of a configuration cannot be written.
         """
