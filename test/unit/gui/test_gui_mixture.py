@@ -134,7 +134,7 @@ def test_what_the_player_tells_goes_with_it(qtbot: Any, session: Session, choice
     told = PAUSED._replace(others=('/q is published by /driver',))
     session.take_player(told)
     assert not notice.isHidden()
-    assert notice._text.text().startswith('/q is published by /driver, in addition to the ')
+    assert notice._text.text().startswith('/q is published by /driver: the picture ')
     session.set_run(None, False, {})
     assert notice.isHidden() and model.sentences == ()
     session.take_player(told)  # the last message of one that has ended
