@@ -337,6 +337,17 @@ def test_a_bag_that_was_stopped_while_the_run_ends_is_not_told_again() -> None:
     assert step.ended == (BAG,) and step.state.left == '' and step.state.phase is RecordingPhase.OFF
 
 
+def test_of_a_split_recording_only_the_last_file_can_be_unfinished() -> None:
+    files = (BAG, '/bags/b_1.bag', '/bags/b_2.bag')
+    dead = events.gone(recording(snapshot=RecorderSnapshot('recording', files))).state
+    assert dead.left == files[-1]
+    step = events.left_behind(dead, dead.left, False)
+    assert step.state.unfinished == files[-1]
+    assert '2 earlier files of it are complete' in step.failure
+    assert f'Its data is in {files[-1]}.active' in step.failure
+    assert events.left_behind(dead, dead.left, True).ended == files
+
+
 def test_a_stop_that_nobody_answers_does_not_make_a_recording_of_a_recorder_that_is_gone() -> None:
     state = events.gone(recording().asked_to_stop(11.0)).state
     assert state.refused(RecordingPhase.RECORDING, 20.0).phase is RecordingPhase.GONE

@@ -9,6 +9,7 @@ from process_visualizer.clients.bag_recorder import (
     RecorderUnreachable,
     RecordingOptions,
 )
+from process_visualizer.figures import count_text
 from process_visualizer.gui.recording.recording_choices import look_at
 from process_visualizer.gui.recording.recording_types import (
     Figures,
@@ -346,19 +347,28 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Recordin
 
 def gone(state: RecordingState) -> RecordingStep:
     """Return the step after the recorder's process has ended; ``left`` must be checked."""
-    return RecordingStep(
-        state.unheard()._replace(phase=RecordingPhase.GONE, path='', left=state.path,
-                                 is_silent=False)
-    )
+    left = files_of(state, state.path)[-1]  # the earlier files of a split recording are complete
+    return RecordingStep(state.unheard()._replace(phase=RecordingPhase.GONE, path='', left=left,
+                                                  is_silent=False))
+
+
+def files_of(state: RecordingState, path: str) -> Tuple[str, ...]:
+    """Return the files of the recording that has this one, in the order of time."""
+    files = state.snapshot.files
+    return files if path in files else (path,)
 
 
 def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingStep:
     """Return the step after the check whether an ended recorder has finished its bag."""
     if not is_there:
-        said = f'the recorder ended before its bag was finished. {repair(path)}'
+        count = len(files_of(state, path)) - 1
+        said = 'the recorder ended before its bag was finished. ' + (
+            f'{count_text(count, "earlier file")} of it {"is" if count == 1 else "are"} complete. '
+            if count else '') + repair(path)
         return failed(state._replace(unfinished=path), said)
-    return RecordingStep(state._replace(finished=FinishedBag((path,)),
-                                        ended=state.ended.union((path,))), (path,))
+    files = files_of(state, path)
+    return RecordingStep(state._replace(finished=FinishedBag(files),
+                                        ended=state.ended.union(files)), files)
 
 
 def recovered(state: RecordingState, path: str, said: str) -> RecordingStep:
