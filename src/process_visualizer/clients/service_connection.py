@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import select
 import socket
 import struct
 import threading
@@ -67,7 +68,7 @@ class ServiceConnection:
         Raises:
             ServiceMissing: no node offers the service.
             ServiceUnreachable: there is no answer; the request was not carried out, unless the
-                answer came too late.
+                answer came too late, or the node ended before it.
         """
         kind = self._service._request_class
         is_one = len(request) == 1 and isinstance(request[0], kind)
@@ -109,13 +110,14 @@ class ServiceConnection:
         return AskedMaster(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
 
     def _exchanged(self, data: bytes) -> bytes:
-        """Return the bytes of the answer; look up a node again that has closed the connection."""
-        if self._socket is not None:
-            try:
-                return _exchange(self._socket, data)
-            except _Gone:
-                self._disconnect()
-        self._socket = self._connect()
+        """Return the bytes of the answer; look up a node again that has closed the connection.
+
+        A request is sent only once: the node may have carried it out before it closed.
+        """
+        if self._socket is not None and _is_closed(self._socket):
+            self._disconnect()
+        if self._socket is None:
+            self._socket = self._connect()
         return _exchange(self._socket, data)
 
     def _connect(self) -> socket.socket:
@@ -141,6 +143,13 @@ class ServiceConnection:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
+
+
+def _is_closed(connection: socket.socket) -> bool:
+    """Return whether the other end has closed an idle connection, on which nothing is received."""
+    poll = select.poll()
+    poll.register(connection, select.POLLIN)
+    return bool(poll.poll(0))
 
 
 def _exchange(connection: socket.socket, data: bytes) -> bytes:
