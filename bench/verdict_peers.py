@@ -10,7 +10,8 @@ from typing import Dict, List, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.time_map import TimeMap, common_events, shift, time_map
+from process_visualizer.runs.alignment.alignment import common_events
+from process_visualizer.runs.alignment.time_map import TimeMap, shift, time_map
 from process_visualizer.runs.run import Run
 
 _ROWS, _WARPED_ROWS = 300, 120

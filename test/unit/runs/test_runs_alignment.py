@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import made_run
 
-from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned
+from process_visualizer.runs.alignment.alignment import AlignmentMethod, aligned, common_events
 from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
-from process_visualizer.runs.alignment.time_map import common_events, time_map
+from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.run import Run, RunEvent, ToolMotion
 
 TIMES = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=20)

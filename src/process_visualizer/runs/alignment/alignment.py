@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import Enum
-from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,14 +17,12 @@ from process_visualizer.runs.alignment.skipped_parts import (
 )
 from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
 from process_visualizer.runs.alignment.time_map import (
-    CommonEvents,
     TimeMap,
-    common_events,
     shift,
     time_map,
 )
 from process_visualizer.runs.holes import motion_gaps_s
-from process_visualizer.runs.run import Run, part_of
+from process_visualizer.runs.run import Run, RunEvent, part_of
 from process_visualizer.runs.series import (
     States,
     edits,
@@ -96,6 +94,69 @@ def _warped(reference: ToolsMotion, run: ToolsMotion, middle: np.ndarray,
     if np.count_nonzero(tells) < 2:
         return None
     return time_map(rows[tells] / reference.rate_hz, columns[tells] / run.rate_hz)
+
+
+# The events that two runs have in common, as points of a map of time.
+
+class CommonEvents(NamedTuple):
+    """Times [s] (k,) of the same events in both runs, both ascending, and notes on others."""
+
+    reference_s: np.ndarray
+    run_s: np.ndarray
+    notes: Tuple[str, ...] = ()
+
+
+def common_events(reference: Sequence[RunEvent], run: Sequence[RunEvent]) -> CommonEvents:
+    """Return the events that both runs have equally often and in the same order.
+
+    A mark that an operator set in only one of them is not an event that the other one lacks.
+    """
+    first, second = _by_name(reference), _by_name(run)
+    marks = {it.name for it in (*reference, *run) if it.is_mark}
+    notes, pairs = [], []
+    for name in sorted(set(first) | set(second)):
+        mine, others = first.get(name, []), second.get(name, [])
+        if len(mine) == len(others):
+            pairs += list(zip(mine, others))
+        elif name not in marks:
+            here = f'{_times(len(others))} here' if others else 'not here'
+            there = f'{_times(len(mine))} in' if mine else 'not in'
+            notes.append(f'the event "{name}" occurs {there} the reference, but {here}; it is '
+                         'ignored' if mine else f'the event "{name}" occurs {here}, but {there} '
+                         'the reference; it is ignored')
+    pairs.sort()
+    kept = _longest_rising([it[1] for it in pairs])
+    if len(kept) < len(pairs):
+        notes.append(f'{len(pairs) - len(kept)} of {len(pairs)} events occur in a different order '
+                     'than in the reference; they are ignored')
+    chosen = np.array([pairs[row] for row in kept], float).reshape(-1, 2)
+    return CommonEvents(chosen[:, 0], chosen[:, 1], tuple(notes))
+
+
+def _by_name(events: Sequence[RunEvent]) -> Dict[str, List[float]]:
+    found: Dict[str, List[float]] = {}
+    for event in sorted(events, key=lambda it: it.time_s):
+        found.setdefault(event.name, []).append(event.time_s)
+    return found
+
+
+def _times(count: int) -> str:
+    return {0: 'never', 1: 'once', 2: 'twice'}.get(count, f'{count} times')
+
+
+def _longest_rising(values: Sequence[float]) -> List[int]:
+    """Return the indices of a longest subsequence that does not fall."""
+    length, before = [1] * len(values), [-1] * len(values)
+    for here, value in enumerate(values):
+        for earlier in range(here):
+            if values[earlier] <= value and length[earlier] + 1 > length[here]:
+                length[here], before[here] = length[earlier] + 1, earlier
+    place = int(np.argmax(length)) if values else -1
+    found = []
+    while place >= 0:
+        found.append(place)
+        place = before[place]
+    return found[::-1]
 
 
 class AlignmentMethod(Enum):

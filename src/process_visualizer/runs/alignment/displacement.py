@@ -7,7 +7,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.alignment import motion_alignment
+from process_visualizer.runs.alignment.alignment import common_events, motion_alignment
 from process_visualizer.runs.alignment.motion import (
     ToolsMotion,
     common_motions,
@@ -15,7 +15,7 @@ from process_visualizer.runs.alignment.motion import (
     velocities,
 )
 from process_visualizer.runs.alignment.slope_limited_warp import band_around, warp
-from process_visualizer.runs.alignment.time_map import TimeMap, common_events, time_map
+from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 from process_visualizer.runs.run import Run
 from process_visualizer.runs.series import moving_maximum
 

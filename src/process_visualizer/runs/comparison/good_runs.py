@@ -55,17 +55,20 @@ from process_visualizer.runs.deviation.signals import (
     steepness,
     unknown_moments,
 )
-from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
+from process_visualizer.runs.deviation.state_order import (
+    StateOrder,
+    state_departure,
+    state_keys,
+    states_of,
+)
 from process_visualizer.runs.holes import MIN_HOLE_S, holes_s_of
 from process_visualizer.runs.run import DAMAGED, Group, Key, Run, fingerprint
 from process_visualizer.runs.series import (
     States,
     inside,
-    is_sequence,
     moving_maximum,
     period_s,
     spans,
-    states,
 )
 
 _MIN_SHARE = 0.8
@@ -78,8 +81,6 @@ Rows that are within the third number of rows from another place do not count.
 """
 _ELSEWHERE_M = 0.01
 """Median distance of the tools from the reference's [m] above which a path is at another place."""
-_WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
-"""The severity of a wrong state, and the uncertainty of its time [s]."""
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """Minimum difference in duration [s], and as a share of the reference, that is reported."""
 
@@ -198,14 +199,14 @@ class GoodRuns:
             alignment, columns = self._columns(run)
             aligned_runs.append((run, alignment.time_map))
             self._good.append(_Good(run, fingerprint(run), columns, alignment.means,
-                                    _states(self.reference, run, alignment)))
+                                    states_of(self.reference, run, alignment.time_map)))
         self._learner = BandLearner(
             [self._beside_place(_without_place(it, self.reference), it.run.place, row)
              for row, it in enumerate(self._good)], self._tolerance, most_left_out)
         common = _where_places_are_alike(self._good)
         self._common_learner = BandLearner(common, self._tolerance) if common else None
         self._stuck = StuckSensors(self.times_s, aligned_runs)
-        self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
+        self._orders = {key: self._order(key, None) for key in state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
         """Return the runs that are not good, and why; runs with other states are found first."""
@@ -259,7 +260,7 @@ class GoodRuns:
                           own: Optional[int]) -> Iterator[Departure]:
         end_s = min(float(alignment.time_map.to_reference(np.array([run.duration_s]))[0]),
                     self.reference.duration_s)
-        for key, found in _states(self.reference, run, alignment).items():
+        for key, found in states_of(self.reference, run, alignment.time_map).items():
             order = self._orders[key] if own is None else self._order(key, own)
             fault = order.fault(found, end_s)
             if fault is None:
@@ -267,7 +268,7 @@ class GoodRuns:
             since_s = alignment.time_map.to_run(np.array([fault.since_s]))
             if not inside(since_s, holes_s_of(run), MIN_HOLE_S).any():
                 sent_s = period_s(run.by_key[key].times_s) if np.isfinite(found.until_s) else 0.0
-                yield _state_departure(key, fault, end_s, sent_s)
+                yield state_departure(key, fault, end_s, sent_s)
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
@@ -498,40 +499,6 @@ def _distinct(runs: Sequence[Run]) -> List[Run]:
     for run in runs:
         found.setdefault(fingerprint(run), run)
     return list(found.values())
-
-
-def _state_keys(reference: Run) -> List[Key]:
-    """Return the channels with states, except for numbers that say what is expected of a run.
-
-    Such a number may be sent at any time before it applies; until then, that of another run holds.
-    """
-    of_runs = {name.strip('/') for name, _ in reference.group + reference.place}
-    return [channel.key for channel in reference.channels if is_sequence(channel)
-            and not of_runs & {channel.label, channel.topic.strip('/')}]
-
-
-def _states(reference: Run, run: Run, alignment: Alignment) -> Dict[Key, States]:
-    """Return the states of a run on the reference's clock."""
-    found, theirs = {}, run.by_key
-    for key in _state_keys(reference):
-        if key not in theirs:
-            continue
-        mine = states(theirs[key])
-        until_s = mine.until_s
-        since_s = alignment.time_map.to_reference(np.array(mine.since_s, float)).tolist()
-        if np.isfinite(until_s):
-            until_s = float(alignment.time_map.to_reference(np.array([until_s]))[0])
-        found[key] = States(mine.values, tuple(since_s), until_s)
-    return found
-
-
-def _state_departure(key: Key, fault: StateFault, end_s: float, sent_s: float) -> Departure:
-    """Return the departure of a state; one that is sent all the time is known every ``sent_s``."""
-    since_s = min(max(fault.since_s, 0.0), end_s)
-    deviation, limit = (fault.late_s, fault.limit_s) if fault.limit_s else (_WRONG_STATE, 1.0)
-    return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s,
-                     _STATE_KNOWN_S + sent_s,
-                     since_s, deviation, limit, fault.words, bool(fault.limit_s))
 
 
 def _pace(alignment: Alignment) -> List[str]:

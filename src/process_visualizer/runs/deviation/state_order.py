@@ -7,8 +7,12 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tup
 
 import numpy as np
 
+from process_visualizer.runs.alignment.time_map import TimeMap
 from process_visualizer.runs.deviation.band import student_quantile
-from process_visualizer.runs.series import States, edits
+from process_visualizer.runs.deviation.departures import Departure
+from process_visualizer.runs.deviation.signals import Signal, SignalKind
+from process_visualizer.runs.run import Key, Run
+from process_visualizer.runs.series import States, edits, is_sequence, states
 
 Order = Tuple[float, ...]
 _MIN_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
@@ -21,6 +25,8 @@ _FEW = 5
 """Number of good runs below which each may differ for a reason."""
 _SHARE_OF_OUTLIERS = 0.1
 """Share of the good runs that may, with one more, agree on a wrong order."""
+_WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
+"""The severity of a wrong state, and the uncertainty of its time [s]."""
 
 
 def _completed(states: States, orders: Set[Order]) -> States:
@@ -220,3 +226,39 @@ def _best_shift(values: Order, times_s: Sequence[float], begin: int, end: int,
         if more_s < least_s:
             best, least_s = shift, more_s
     return best
+
+
+# States of runs, on the clock of a reference run, and faults of states as departures.
+
+def state_keys(reference: Run) -> List[Key]:
+    """Return the channels with states, except for numbers that say what is expected of a run.
+
+    Such a number may be sent at any time before it applies; until then, that of another run holds.
+    """
+    of_runs = {name.strip('/') for name, _ in reference.group + reference.place}
+    return [channel.key for channel in reference.channels if is_sequence(channel)
+            and not of_runs & {channel.label, channel.topic.strip('/')}]
+
+
+def states_of(reference: Run, run: Run, time_map: TimeMap) -> Dict[Key, States]:
+    """Return the states of a run on the reference's clock."""
+    found, theirs = {}, run.by_key
+    for key in state_keys(reference):
+        if key not in theirs:
+            continue
+        mine = states(theirs[key])
+        until_s = mine.until_s
+        since_s = time_map.to_reference(np.array(mine.since_s, float)).tolist()
+        if np.isfinite(until_s):
+            until_s = float(time_map.to_reference(np.array([until_s]))[0])
+        found[key] = States(mine.values, tuple(since_s), until_s)
+    return found
+
+
+def state_departure(key: Key, fault: StateFault, end_s: float, sent_s: float) -> Departure:
+    """Return the departure of a state; one that is sent all the time is known every ``sent_s``."""
+    since_s = min(max(fault.since_s, 0.0), end_s)
+    deviation, limit = (fault.late_s, fault.limit_s) if fault.limit_s else (_WRONG_STATE, 1.0)
+    return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s,
+                     _STATE_KNOWN_S + sent_s,
+                     since_s, deviation, limit, fault.words, bool(fault.limit_s))
