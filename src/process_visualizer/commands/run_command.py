@@ -82,9 +82,9 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     output = record.begin()  # recorded: if this process is killed, the next start removes it
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
-    if code == 0:
+    if code == 0:  # otherwise the message names the log in it, and the next start removes it
         shutil.rmtree(output, ignore_errors=True)
-    record.remove()
+        record.remove()
     return code
 
 

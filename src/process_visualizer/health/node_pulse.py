@@ -5,6 +5,7 @@ A hanging node is detected within half a second, or later on a busy computer and
 """
 from __future__ import annotations
 
+import errno
 import math
 import selectors
 import socket
@@ -26,6 +27,8 @@ _YOUNG_S = 5.0
 """Time after a node's first answer in which it may be late, because it and others are starting."""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
+_UNREACHABLE = errno.EHOSTUNREACH, errno.ENETUNREACH, errno.ENETDOWN, errno.ETIMEDOUT
+"""Errors of a connection while the link to another computer is down."""
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
@@ -179,7 +182,7 @@ class NodePulse:
             part = self._connection.recv(65536)
         except OSError as error:
             self._take_refusal(error)
-            self._end(selector, ENDED)
+            self._end(selector, _problem_of(error))
             return
         self._received += part
         if not part or _is_complete(self._received) or len(self._received) > _MAX_ANSWER:
@@ -202,7 +205,7 @@ class NodePulse:
         except OSError as error:
             self._take_refusal(error)
             self._uri = None
-            self._note(ENDED)
+            self._note(_problem_of(error))
             return
         selector.register(self._connection, selectors.EVENT_WRITE, self)
 
@@ -286,6 +289,14 @@ class Pulses:
     def _receive(self, longest_s: float) -> None:
         for key, _ in self._selector.select(longest_s):
             key.data.receive(self._selector)
+
+
+def _problem_of(error: OSError) -> str:
+    """Return the problem of a node that cannot be asked.
+
+    If its computer cannot be reached, it may well be running; Linux says so every few seconds.
+    """
+    return SILENT if error.errno in _UNREACHABLE else ENDED
 
 
 def _is_complete(answer: bytes) -> bool:

@@ -22,7 +22,7 @@ from typing import (
 )
 
 from process_visualizer.launching.ros_api import addresses_of
-from process_visualizer.remote.link_words import another_cell, only_small_packets
+from process_visualizer.remote.link_words import another_cell, is_loopback, only_small_packets
 from process_visualizer.remote.offer import (
     MAX_MESH_BYTES,
     Offer,
@@ -86,10 +86,14 @@ _DEAD_S = 1.6
 _STOOD_S = 5.0
 """Time without a turn of the loop [s] after which the cell considers this viewer dead."""
 ENDED = 'the cell has ended the connection'
+TUNNEL_ENDED = 'the cell, or the tunnel to it, has ended the connection'
 STOOD = 'this viewer stood still for {:.0f} s, and the cell has ended the connection'
-_CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.1
+_CONNECT_S, _ATTEMPT_S, _AGAIN_S = 0.5, 0.2, 0.2
 """Duration of an unanswered attempt, interval of attempts, pause after a connection [s]. Attempts
 overlap, so that one succeeds soon after the link is back."""
+_LONG_LOST_S, _LATER_AGAIN_S = 15.0, 1.0
+"""Time without data after which the pause after a refused connection is longer, and that pause [s].
+A tunnel, and the cell's ssh server, log each attempt."""
 _NO_ANSWER_S = 2.0
 _LOOK_S, _MAX_LOOK_S = 2.0, 16.0
 """Pause before the first search for another address, and the longest pause: they grow [s]."""
@@ -187,7 +191,8 @@ class RelayConnection:
             if not self._closed.is_set():
                 self._listener.on_lost(reason, self._heard_s)
                 self._look_elsewhere()
-            self._closed.wait(_AGAIN_S)
+            is_long_lost = time.monotonic() - self._heard_s > _LONG_LOST_S
+            self._closed.wait(_LATER_AGAIN_S if is_long_lost else _AGAIN_S)
 
     def _look_elsewhere(self) -> None:
         """Look for the relay's address in a thread, while attempts to connect continue."""
@@ -273,7 +278,9 @@ class RelayConnection:
             data = connection.recv(_RECEIVED_BYTES)
             if not data:
                 has_stood = time.monotonic() - moves_since_s < _STOOD_S
-                return STOOD.format(stood_s) if has_stood else ENDED
+                if has_stood:
+                    return STOOD.format(stood_s)
+                return TUNNEL_ENDED if is_loopback(self._address[0]) else ENDED
             heard_s = time.monotonic()
             received += len(data)
             if received > 0:

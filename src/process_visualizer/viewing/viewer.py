@@ -136,6 +136,16 @@ class OwnScene:
         self._told.add(problem)
         self._problems[problem] = None
 
+    def withdraw(self, topics: Collection[str]) -> None:
+        """Latch nothing of topics that nobody subscribes to here any more: it would get old."""
+        now_ns = time.monotonic_ns()
+        with self._lock:
+            found = [(self._topics[source.topic], number) for source, number
+                     in self._sources.items() if source.topic in topics
+                     and source.topic in self._topics]
+        for own, number in found:
+            own.publisher.withdraw(number, now_ns)
+
     def take_problems(self) -> List[str]:
         """Return the problems since the last call in words, each once."""
         with self._lock:
@@ -453,6 +463,7 @@ class Viewer:
     def _changed_wants(self) -> None:
         wanted = tuple(sorted(self._scene.wanted()))
         if wanted != self._wanted:
+            self._scene.withdraw(set(self._wanted).difference(wanted))
             self._wanted = wanted
             self._connection.want(wanted)
 

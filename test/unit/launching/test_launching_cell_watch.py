@@ -2,6 +2,7 @@
 """The watch of the launcher: nodes that do not answer, and problems of the master."""
 from __future__ import annotations
 
+import errno
 import socket
 from contextlib import suppress
 from typing import Any, Dict, List, Set, Tuple
@@ -23,6 +24,7 @@ class Cell:
     def __init__(self) -> None:
         self.running, self.hanging = set(NODES), set()  # type: Set[str], Set[str]
         self.refusing: Set[str] = set()
+        self.unreachable: Set[str] = set()  # for 3 s, Linux waits; then it says so for an instant
         self.answers_after_s = 0.0
         self.master_id, self.now_s = 7, 100.0
         self.told: List[CellLook] = []
@@ -53,6 +55,8 @@ class Cell:
     def connect(self, node: str) -> socket.socket:
         if node in self.refusing:
             raise ConnectionRefusedError
+        if node in self.unreachable and self.now_s % 3.0 < 0.5:
+            raise OSError(errno.EHOSTUNREACH, 'No route to host')
         ours, theirs = socket.socketpair()
         ours.setblocking(False)
         self._asked[theirs] = node, self.now_s + self.answers_after_s
@@ -64,7 +68,7 @@ class Cell:
         while self.now_s < end_s:
             self.watch.step(self.now_s, 0.0)
             for theirs in [it for it, (node, due_s) in self._asked.items()
-                           if node not in self.hanging and self.now_s >= due_s]:
+                           if node not in self.hanging | self.unreachable and self.now_s >= due_s]:
                 del self._asked[theirs]
                 with suppress(BrokenPipeError):  # nobody waits for it any more
                     theirs.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
@@ -143,6 +147,14 @@ def test_one_that_runs_but_takes_no_questions_is_told(cell: Cell) -> None:
     assert cell.let_pass(2.5) == CellLook()  # roslaunch may be about to report its end
     assert cell.let_pass(1.0) == CellLook(frozenset(cell.refusing))
     cell.refusing = set()
+    assert cell.let_pass(NOTICED_S) == CellLook()
+
+
+def test_one_on_a_computer_that_cannot_be_reached_is_silent_all_the_time(cell: Cell) -> None:
+    cell.unreachable = {'/bag_recorder'}
+    cell.let_pass(12.0)
+    assert cell.told == [CellLook(frozenset(cell.unreachable))], 'it was told once'
+    cell.unreachable = set()
     assert cell.let_pass(NOTICED_S) == CellLook()
 
 

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, List, NamedTuple, Optional, Tuple
+from unittest.mock import Mock
 
 import pytest
 
+from process_visualizer.cell.model import Mode
+from process_visualizer.commands import run_command
 from process_visualizer.commands.run_command import exit_code, nodes_to_ask
+from process_visualizer.generate.choice import RvizStart
 from process_visualizer.interrupts import StopRequested, StopSignals
 from process_visualizer.launching.part_report import NodeReport, NodeState
 
@@ -47,6 +52,28 @@ def test_the_exit_code_tells_whether_it_ran(
     error = capsys.readouterr().err
     assert told in error and bool(error) == bool(told)
     assert bool(error) == ('cell.log' in error)
+
+
+@pytest.mark.parametrize('code', [0, 1])
+def test_the_folder_with_the_log_of_a_failure_is_left_to_the_next_start(
+        code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
+    for name in ('clean_up_crashed_runs', 'refuse_other_cell', 'give_real_time_advice'):
+        monkeypatch.setattr(run_command, name, lambda *_arguments: None)
+    folders: List[Path] = []
+    monkeypatch.setattr(run_command, 'write_plan',
+                        lambda _plan, folder: folders.append(Path(folder)))
+    monkeypatch.setattr(run_command, '_run', lambda _file, _choice: code)
+    choice: Any = SimpleNamespace(cell=SimpleNamespace(machines=()), mode=Mode.REALTIME,
+                                  rviz=RvizStart.NONE)
+    assert run_command.run_plan(Mock(), None, choice) == code
+    [folder], records = folders, list(tmp_path.rglob('*.json'))
+    assert folder.exists() is bool(code)
+    assert len(records) == code, 'it has the folder, which the next start removes'
+    if code:
+        assert str(folder) in records[0].read_text()
+        folder.rmdir()
 
 
 def test_a_master_that_takes_all_nodes_with_it_is_a_failure(

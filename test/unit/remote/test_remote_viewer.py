@@ -124,6 +124,33 @@ def test_topics_of_a_former_cell_are_not_advertised_any_more(
     assert it._scene.wanted() == {'/b'} and closed == ['/a']
 
 
+def test_nothing_is_latched_that_nobody_follows_any_more(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A frame was moved meanwhile, and the next subscriber got its former place first."""
+    done: List[str] = []
+
+    class Publisher(Nothing):
+        subscriber_count = 1
+
+        def publish(self, source: int, pieces: List[bytes], due_ns: int) -> None:
+            done.append('publish')
+
+        def withdraw(self, source: int, due_ns: int) -> None:
+            done.append('withdraw')
+
+    monkeypatch.setattr(viewer, 'TopicPublisher', Publisher)
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), print, False)
+    it.on_topics({'/a': OfferedTopic(String._type, String._md5sum, String._full_text)})
+    it._changed_wants()
+    it.on_message(RelaySource('/a', String._type, String._md5sum, '/c', True),
+                  Message(1, 0, b'\x01\x00\x00\x00a'))
+    it._changed_wants()
+    assert done == ['publish']
+    Publisher.subscriber_count = 0
+    it._changed_wants()
+    assert done == ['publish', 'withdraw']
+
+
 def test_advice_comes_only_after_attempts_to_connect(tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     """A viewer that stood still for minutes gave it at once, and was connected a moment later."""
