@@ -54,7 +54,7 @@ def main() -> int:
             networks.viewer, 'rosrun', 'process_visualizer', 'cell', 'view', '--no-rviz',
             '--master', CELL), env=environment, stdout=subprocess.PIPE, text=True)
         assert viewer.stdout is not None
-        uri = re.search(r'http://\S+', viewer.stdout.readline())
+        uri = next(filter(None, (re.search(r'http://\S+', it) for it in viewer.stdout)), None)
         assert uri is not None, 'the viewer does not say its master'
         said = threading.Thread(target=lambda: [print('  viewer:', it.strip(), flush=True)
                                                 for it in viewer.stdout], daemon=True)

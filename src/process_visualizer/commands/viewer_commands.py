@@ -61,6 +61,7 @@ def execute_view(options: argparse.Namespace) -> int:
     if not (options.check or options.no_rviz):
         require_display('; or add --no-rviz')
     wanted = options.master or address_of(rosgraph.get_master_uri())
+    say(f'looking for a cell on {wanted}')  # the answer may take seconds
     try:
         address = find_relay(wanted)
     except CellNotFound as error:
