@@ -133,6 +133,14 @@ class Session(QObject):
         if self.running_mode is not Mode.PLAYBACK:
             self.take_player(None)
 
+    @property
+    def is_restarting(self) -> bool:
+        """Return whether a device is being restarted while the others run."""
+        return self.running is not None and any(
+            report.state in (PartState.STOPPING, PartState.STARTING)
+            for part, report in self.reports.items()
+            if any(it.name == part for it in self.running.devices))
+
     def runs(self, part: str) -> bool:
         """Return whether a part is up."""
         report = self.reports.get(part)

@@ -192,7 +192,7 @@ def cloud_conditions(device: str, warnings: Iterable[NodeWarning],
 
 
 def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
-                     reported: Iterable[Condition] = ()) -> List[Condition]:
+                     reported: Iterable[Condition] = (), epoch_s: float = 0.0) -> List[Condition]:
     """Return conditions for nodes, and the master, that do not answer this program.
 
     Args:
@@ -200,6 +200,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         look: result of asking nodes and master.
         parts: the part of the cell to which a node belongs, by the node's name.
         reported: conditions that nodes have already reported; these nodes are not reported again.
+        epoch_s: time of the alarms' clock at which the monotonic clock was 0.
     """
     already_reported, titles = {it.node for it in reported}, part_titles(mode)
     found: List[Condition] = []
@@ -213,7 +214,8 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
         action = own_restart(part) if part in titles else Action.RESTART_DEVICE
         text = _SILENT if is_alone else about_node(source, name, _SILENT)
         found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
-                               is_clause=text == _SILENT))
+                               since_s=look.since_s[name] + epoch_s if name in look.since_s
+                               else None, is_clause=text == _SILENT))
     return found
 
 
@@ -274,7 +276,8 @@ def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> Lis
         departed: device, label, distance to the band in words, and start [s since the epoch], each.
     """
     return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
-                      since_s=since_s, reported_by=(device, label), name=f'{label} out of range')
+                      (Action.REPLAY,), since_s=since_s, reported_by=(device, label),
+                      name=f'{label} out of range')
             for device, label, text, since_s in departed]
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Callable, Collection, Dict, FrozenSet, NamedTuple, Optional, Set
+from dataclasses import dataclass, field
+from typing import Callable, Collection, Dict, FrozenSet, Mapping, Optional, Set
 
 import rosgraph
 
@@ -34,11 +35,16 @@ MASTER_OTHER = ('was restarted, and does not know the running nodes; stop the ce
                 'it again')
 
 
-class CellLook(NamedTuple):
-    """The names of the silent nodes, and the problem of the master, or ''."""
+@dataclass(frozen=True)
+class CellLook:
+    """The names of the silent nodes, and the problem of the master, or ''.
+
+    ``since_s`` is when each silent node was asked first without answering [s, monotonic].
+    """
 
     silent: FrozenSet[str] = frozenset()
     master_problem: str = ''
+    since_s: Mapping[str, float] = field(default_factory=dict, compare=False)
 
 
 class CellWatch:
@@ -97,8 +103,9 @@ class CellWatch:
         self._pulses.watch(running, are_expected=True)
         self._pulses.step(now_s, longest_s)
         silent = {name for name in running if self._pulses.nodes[name].problem == SILENT}
-        self._tell(CellLook(frozenset(silent | self._refusing(running, now_s)),
-                            self._master_problem()))
+        silent |= self._refusing(running, now_s)
+        self._tell(CellLook(frozenset(silent), self._master_problem(), {
+            name: self._pulses.nodes[name].problem_since_s for name in silent}))
 
     def _refusing(self, running: Collection[str], now_s: float) -> Set[str]:
         """Return the nodes whose process runs but no longer accepts questions."""

@@ -175,7 +175,7 @@ def test_without_new_values_nothing_is_said_to_be_in_range(compared: Compared) -
     assert verdict_entry(compared.model.told)['state'] == 'plain'
     assert 'Δ' not in compared.stand.timeline.lane_texts(1).at_position
     finished, = compared.model.finished
-    assert finished.verdict == 'no data'
+    assert finished.verdict.startswith('in range, no data from 0:0')
 
 
 def test_data_that_has_just_resumed_is_not_called_missing(compared: Compared) -> None:

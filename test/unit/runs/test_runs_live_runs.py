@@ -35,7 +35,8 @@ class Following:
             found = self.runs.at(NOON_S + self.now_s, reference_s)
             self.finished += [found] if found is not None else []
             if is_judged:
-                self.runs.judge([LiveDeparture(FORCE, NOON_S, beyond)] if beyond else [])
+                away = LiveDeparture(FORCE, NOON_S + self.now_s, beyond)
+                self.runs.judge([away] if beyond else [])
             self.now_s += 0.1
 
 
@@ -228,7 +229,9 @@ def test_a_run_whose_values_do_not_come_again_is_not_said_to_be_in_range() -> No
     cell.runs.lose()
     cell.pass_(4.0, 4.0, is_judged=False)
     cell.pass_(2.0, None, is_judged=False)
-    assert cell.finished[-1].verdict == 'no data'
+    run = cell.finished[-1]
+    assert run.verdict == 'in range, no data from 0:03.90 on'
+    assert not run.is_good and run.is_good_in_part
     cell.pass_(8.0, 0.0)
     cell.pass_(2.0, None)
     assert cell.finished[-1].verdict == 'in range'
@@ -253,7 +256,7 @@ def test_a_run_without_values_for_long_ends_and_what_moves_later_is_not_counted_
     cell.pass_(3.0, 4.1, beyond=-13.5)
     cell.pass_(2.0, None)
     before, after = cell.finished
-    assert (before.verdict, before.is_good) == ('no data', False)
+    assert (before.verdict, before.is_good) == ('in range, no data from 0:04.00 on', False)
     assert before.ended_s == pytest.approx(NOON_S + 4.1, abs=0.11)
     assert 'out of range' in after.verdict
 

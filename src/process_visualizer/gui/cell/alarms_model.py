@@ -191,6 +191,9 @@ class AlarmsModel(QObject):
         return end_words(condition, lost)
 
     def _follow_mode(self) -> None:
+        recorder = self._launch.reports.get(BAG_PART)
+        if recorder is not None and recorder.has_died:
+            self._losses = []  # of its recording, which has ended with it
         if self._launch.phase not in _UP:
             self._timer.stop()
         elif not self._timer.isActive():
@@ -247,7 +250,7 @@ class AlarmsModel(QObject):
         ended = {node.name for report in self._launch.reports.values() for node in report.nodes
                  if node.state in (NodeState.EXITED, NodeState.FAILED)}
         conditions += [it for it in (*silent, *watch_conditions(
-            running.mode, self._states.cell_look, parts, silent)) if it.node not in ended]
+            running.mode, self._states.cell_look, parts, silent, epoch_s)) if it.node not in ended]
         if running.mode is Mode.PLAYBACK:
             return [*conditions, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]

@@ -2,6 +2,7 @@
 """Decides when the ROS master counts as lost, and when RViz counts as slow or hanging."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Optional, Set
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
@@ -193,7 +194,7 @@ class WatchModel(QObject):
     def _report(self) -> None:
         stands_still = self._draws and self._missed > _MAX_MISSED_LOOKS
         silent = self._look.silent | {f'/{RVIZ}'} if stands_still else self._look.silent
-        look = self._look._replace(silent=silent)
+        look = replace(self._look, silent=silent)
         if look != self._reported:
             self._reported = look
             self.found.emit(look)

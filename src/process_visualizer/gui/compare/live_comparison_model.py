@@ -51,6 +51,7 @@ _LOOKING = 'Not compared yet: looking for this moment in {}'
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
 _NO_DATA = 'Not compared: no data since {}'
+_RESTARTING = 'Not compared: a device is being restarted'
 _RESUMED = 'Not compared yet: data has resumed'
 _NO_RANGE = 'Not compared here: the good runs have no range at this moment of {} ({})'
 _NO_RUN = 'Waiting for a run to start (reference {})'
@@ -72,7 +73,7 @@ class LiveComparisonModel(QObject):
         self._history = PhaseHistory(MAX_S)
         self._newest: Optional[PhaseSnapshot] = None
         self._phase: Optional[PhaseSnapshot] = None  # the newest one when ``changed`` was emitted
-        self._was_running = False
+        self._was_running = self._was_interrupted = False
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
@@ -140,6 +141,8 @@ class LiveComparisonModel(QObject):
     def _obstacle(self) -> str:
         """Return why nothing can be compared with the reference run; empty if something can."""
         phase = self._phase
+        if self._live.is_interrupted:
+            return _RESTARTING
         if self._live.problem:
             return _no_data(self._now_s)
         if not self._has_common:
@@ -232,7 +235,8 @@ class LiveComparisonModel(QObject):
         """Update the current moment of the reference run."""
         self._newest = phase
         self._history.add(phase.stamp_s, phase.reference_s)
-        if self._runs is not None and self._has_common and self._live.is_running:
+        if (self._runs is not None and self._has_common and self._live.is_running
+                and not self._live.is_interrupted):
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:
@@ -252,6 +256,13 @@ class LiveComparisonModel(QObject):
             self._finish(None if self._runs is None else self._runs.end(is_watched=False))
             self._forget()
         elif is_running != was_running and self._comparison is not None:
+            self._change()
+        is_interrupted, was_interrupted = self._live.is_interrupted, self._was_interrupted
+        self._was_interrupted = is_interrupted
+        if is_interrupted and not was_interrupted:
+            self._finish(None if self._runs is None else self._runs.end(is_watched=False))
+            self._departures = ()
+        if is_interrupted != was_interrupted:
             self._change()
         self._live.set_judged(self._comparison is not None)
         if bool(self._live.problem) != self._is_silent:
@@ -300,6 +311,9 @@ class LiveComparisonModel(QObject):
         times_s = _times_s(window)
         self._window, self._phase = window, self._newest
         self._now_s = float(times_s[-1])
+        if self._live.is_interrupted:
+            self._judged_s = self._now_s  # what a restart does to the values is no fault
+            return
         self._values_since_s = self._values_since_s or self._now_s
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
         reference_s = self._history.at(times_s)

@@ -97,7 +97,7 @@ class LiveCurvesModel(QObject):
         self._late.timeout.connect(lambda: self._set_late(True))
         for other in (session.cell_changed, session.run_changed):
             other.connect(lambda: self._follow_devices(session.live_devices))
-        self._has_ended = False
+        self._has_ended = self._is_interrupted = False
         session.run_changed.connect(self._follow_run)
 
     @property
@@ -119,6 +119,11 @@ class LiveCurvesModel(QObject):
     def is_running(self) -> bool:
         """Return whether the cell runs, so that there is a recorder to read from."""
         return self._is_running
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Return whether a device is being restarted: its values are not those of the process."""
+        return self._is_interrupted
 
     @property
     def is_held(self) -> bool:
@@ -145,7 +150,8 @@ class LiveCurvesModel(QObject):
     def _follow_run(self) -> None:
         """Note that a recorder was launched or has ended; its last curves stay visible."""
         is_running = self._session.running_mode is Mode.REALTIME
-        before = self.problem
+        before = self.problem, self._is_interrupted
+        self._is_interrupted = is_running and self._session.is_restarting
         self._has_ended = self._session.has_ended(BAG_PART)
         if is_running != self._is_running:
             self._is_running, self._is_silent = is_running, False
@@ -153,7 +159,7 @@ class LiveCurvesModel(QObject):
                 self._begin_anew()
             self._follow()
             self.changed.emit()
-        elif self.problem != before:
+        elif (self.problem, self._is_interrupted) != before:
             self.changed.emit()
 
     def set_shown(self, is_shown: bool) -> None:
@@ -177,6 +183,8 @@ class LiveCurvesModel(QObject):
     def hold(self, is_held: bool) -> None:
         """Hold the picture, or let it continue."""
         self._is_held, self._kept = is_held, None
+        if not is_held:
+            self._window = self._newest
         self.changed.emit()
 
     def keep(self) -> None:

@@ -192,7 +192,9 @@ class ReplayModel(QObject):
         before = self._reports.get(report.part)
         self._reports[report.part] = report
         if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
-            self._give_up(f'The replay has ended: {report.reason}')
+            died = report.dead_nodes if report.part == RVIZ_PART else ()
+            self._give_up('The replay has ended: ' + (
+                f'its RViz has ended ({died[0].end_words})' if died else report.reason))
         elif report.state is PartState.STOPPED and report.part == RVIZ_PART and (
                 before is None or before.state is not PartState.STOPPING):  # not restarted
             if self._phase is ReplayPhase.PREPARING:

@@ -57,14 +57,14 @@ class FinishedRun(NamedTuple):
         """Return whether the whole run was judged, and nothing was out of range."""
         return (self.is_judged and not self.departed and self.broken_off_s is None
                 and self.seen_from_s is None and self.watched_until_s is None
-                and not self.unjudged and not self.unwatched_s)
+                and self.lost_from_s is None and not self.unjudged and not self.unwatched_s)
 
     @property
     def is_good_in_part(self) -> bool:
         """Return whether a part of the run is missing or not judged, and the rest was in range."""
         return not self.is_good and self._replace(
             seen_from_s=None, unjudged=(), broken_off_s=None, watched_until_s=None,
-            unwatched_s=()).is_good
+            lost_from_s=None, unwatched_s=()).is_good
 
     @property
     def verdict(self) -> str:
@@ -154,6 +154,10 @@ class _Run(NamedTuple):
     seen_from_s: float
     unwatched_s: Tuple[Tuple[float, float], ...] = ()
 
+    def reference_at(self, time_s: float) -> float:
+        """Return the moment of the reference at a time shortly before the last known one [s]."""
+        return max(self.reference_s - max(self.last_s - time_s, 0.0), self.seen_from_s)
+
 
 class LiveRuns:
     """Tracker of live runs, by the moments of a reference and the departures at them."""
@@ -226,7 +230,7 @@ class LiveRuns:
             self._unjudged_s[name] = self._unjudged_s.get(name, 0.0) + seconds
         for it in departures:
             before = self._departed.get(it.signal.name)
-            from_s = run.reference_s if before is None else before[1]
+            from_s = run.reference_at(it.since_s) if before is None else before[1]
             if before is None or abs(it.beyond) > abs(before[0].beyond):
                 self._departed[it.signal.name] = it, from_s
 
@@ -238,7 +242,7 @@ class LiveRuns:
         """
         if self._run is not None and self._is_judged and not self._is_lost:
             self._gap_from_s = self._run.reference_s
-        self._is_lost, self._is_judged = True, bool(self._departed)
+        self._is_lost = True
 
     def end(self, is_watched: bool = True) -> Optional[FinishedRun]:
         """End the current run, and return it; None without one.

@@ -168,9 +168,9 @@ def _without_departures(comparison: Comparison) -> str:
         return 'in range'
     unjudged_s = max(comparison.unjudged_s, 0.1)
     if comparison.is_judged_in_part:
-        return (f'{unjudged_s:.1f} of {comparison.run.duration_s:.1f} s not judged (no data); '
-                'the rest is in range')
-    return f'in range, {unjudged_s:.1f} s not judged (no data)'
+        return (f'{unjudged_s:.1f} of {comparison.run.duration_s:.1f} s not judged (no data in '
+                'time); the rest is in range')
+    return f'in range, {unjudged_s:.1f} s not judged (no data in time)'
 
 
 def verdict(comparison: Comparison) -> str:

@@ -410,7 +410,8 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= MIN_LASTING_ROWS]
     if not found:
         return None
-    begin, end = _for_good(found, found[0], len(times_s))
+    is_missing = np.isnan(values) & np.isfinite(limits.middle)
+    begin, end = _for_good(found, found[0], len(times_s), is_missing)
     ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
     worst = begin + int(ratio.argmax())
     from_usual = deviation if limits.usual is None else values - limits.usual
@@ -460,11 +461,18 @@ def _usual_width(limits: SignalBand) -> np.ndarray:
 
 
 def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
-              count: int) -> Tuple[int, int]:
-    """Return a stretch joined with those that follow closely, after a short swing inside."""
+              count: int, is_missing: Optional[np.ndarray] = None) -> Tuple[int, int]:
+    """Return a stretch joined with those that follow closely, after a short swing inside.
+
+    Rows (count,) without data do not count as inside: a departure may continue there.
+    """
     begin, end = first
     for other in stretches:
-        if end <= other[0] <= end + max(end - begin, _BACK_ROWS):
+        if end > other[0]:
+            continue
+        inside = other[0] - end - (0 if is_missing is None else
+                                   int(is_missing[end:other[0]].sum()))
+        if inside <= max(end - begin, _BACK_ROWS):
             end = other[1]
     return begin, min(end, count)
 
