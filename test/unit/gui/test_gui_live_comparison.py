@@ -25,6 +25,7 @@ from process_visualizer.gui.compare.compare_panel import ComparePanel
 from process_visualizer.gui.compare.ghost_model import GhostModel
 from process_visualizer.gui.compare.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
+from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.runs.comparison.live_comparison import LiveDeparture, live_bands
 from process_visualizer.runs.deviation.signals import Signal, SignalKind
 from process_visualizer.runs.run import Run
@@ -187,6 +188,27 @@ def test_data_that_has_just_resumed_is_not_called_missing(compared: Compared) ->
     assert model.text.startswith('Not compared: no data since ')
     model._known_s = model._now_s - 0.1
     assert model.text == 'Not compared yet: data has resumed'
+
+
+def test_what_a_restart_of_a_device_does_to_the_values_is_no_fault(compared: Compared) -> None:
+    """A good run was poor, as its simulator began anew in the middle."""
+    run = compared.choose(0, 1)
+    model, session = compared.model, compared.stand.session
+    compared.run(int(CYCLE_S) + 2, run)
+    before = len(model.finished)
+
+    def restart(state: PartState) -> None:
+        session.reports = {it.name: PartReport(it.name, state) for it in session.running.devices}
+        session.run_changed.emit()
+
+    restart(PartState.STOPPING)
+    assert model.text == 'Not compared: a device is being restarted'
+    interrupted = model.finished[before:]
+    assert all('not compared after' in it.verdict for it in interrupted)
+    compared.run(int(POOR_FROM_S) + 3, run)  # its values leave the range meanwhile
+    assert not model.departures and model.finished[before:] == interrupted
+    restart(PartState.RUNNING)
+    assert not model.text.startswith('Not compared: a device')
 
 
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,

@@ -64,6 +64,14 @@ def test_a_fault_that_is_over_before_the_run_is_told_at_its_end(following: Follo
     assert not run.is_good
 
 
+def test_a_departure_that_was_found_late_is_dated_when_it_began(following: Following) -> None:
+    following.pass_(4.1, 0.0)
+    following.runs.judge([LiveDeparture(FORCE, NOON_S + 2.5, 7.9)])
+    ended = following.runs.end()
+    assert ended is not None
+    assert ended.verdict.startswith('out of range: arm tool force +7.9 N from 0:02.50')
+
+
 def test_a_run_behind_another_one(following: Following) -> None:
     following.pass_(LENGTH_S, 0.0, beyond=3.0)
     following.pass_(LENGTH_S, 0.0)
