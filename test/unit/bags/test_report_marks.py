@@ -169,7 +169,7 @@ def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
         assert recorded_configuration(recording) is None
         (gap,) = recording.gaps
     assert (gap.file, gap.topics) == (path, (CONFIGURATION,))
-    assert 'it is no ' in gap.reason
+    assert 'it is not a configuration' in gap.reason
     assert read_catalog([path]).problems == (str(gap),)
 
 
