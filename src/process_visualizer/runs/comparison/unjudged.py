@@ -82,7 +82,7 @@ def unjudged(reference: Run, run: Run, alignment: Alignment, columns: Columns,
                     _MIN_UNJUDGED_S:
                 found.append(Unjudged(
                     signal, run.begin_s + float(run_s[begin]), run.begin_s + float(run_s[end - 1]),
-                    Missing.MOTION if is_unknown[begin:end].mean() > 0.5 else Missing.DATA))
+                    Missing.MOTION if is_unknown[begin:end].all() else Missing.DATA))
     return tuple(sorted(found, key=lambda it: it.begin_s))
 
 
