@@ -240,6 +240,7 @@ class Viewer:
         self._lost_s: Optional[float] = None  # time of the last data before the present loss
         self._tried_s = 0.0  # time of the first failed attempt since then
         self._wanted: Tuple[str, ...] = ()
+        self._wants_lock = threading.Lock()  # or an older wish could be sent last
         self._awaited: Dict[str, str] = {}
         self._is_ended = False
 
@@ -461,11 +462,13 @@ class Viewer:
             self._say(sentence)
 
     def _changed_wants(self) -> None:
-        wanted = tuple(sorted(self._scene.wanted()))
-        if wanted != self._wanted:
-            self._scene.withdraw(set(self._wanted).difference(wanted))
-            self._wanted = wanted
-            self._connection.want(wanted)
+        """Tell the relay what has subscribers here; called in several threads, in turn."""
+        with self._wants_lock:
+            wanted = tuple(sorted(self._scene.wanted()))
+            if wanted != self._wanted:
+                self._scene.withdraw(set(self._wanted).difference(wanted))
+                self._wanted = wanted
+                self._connection.want(wanted)
 
 
 def _own_version() -> str:

@@ -151,6 +151,25 @@ def test_nothing_is_latched_that_nobody_follows_any_more(
     assert done == ['publish', 'withdraw']
 
 
+def test_the_newest_wish_is_sent_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cloud never came: two topics got their subscribers at the same time."""
+    it = Viewer('cell', ('127.0.0.1', 1), lambda: ('127.0.0.1', 1), str(tmp_path), print, False)
+    wanted, sent, other = {'/a'}, [], threading.Thread(target=it._changed_wants)
+
+    def want(topics: Tuple[str, ...]) -> None:
+        if topics == ('/a',):
+            wanted.add('/b')
+            other.start()
+            other.join(0.2)  # ends only if it does not wait for this one
+        sent.append(topics)
+
+    monkeypatch.setattr(it._scene, 'wanted', lambda: set(wanted))
+    monkeypatch.setattr(it._connection, 'want', want)
+    it._changed_wants()
+    other.join(PATIENCE_S)
+    assert sent == [('/a',), ('/a', '/b')]
+
+
 def test_advice_comes_only_after_attempts_to_connect(tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     """A viewer that stood still for minutes gave it at once, and was connected a moment later."""
