@@ -6,10 +6,9 @@ import os
 import time
 from typing import Callable, List, Optional, Sequence
 
-from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QModelIndex, Qt, pyqtSignal
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
     QCheckBox,
     QFileDialog,
     QHeaderView,
@@ -47,8 +46,7 @@ from process_visualizer.runs.comparison.wording import (
 from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
-_STATE_LINES, _VERDICT_LINES = 3, 3
-_TEXT_MARGIN_PX = 4
+_STATE_LINES = 3
 _DIFFERED, _DIFFERS_NOW = 'What differed', 'What differs now'
 _KINDS = ('Pages (*.html);;Films (*.mp4 *.gif);;Tables (*.csv *.parquet);;'
           'For Foxglove and Lichtblick (*.mcap)')
@@ -101,7 +99,6 @@ class ComparePanel(QWidget):
         self.finished = _RowsTree('finished_runs', ('Run ended', 'Length', 'Verdict'),
                                   _DEPARTURES_PX)
         self.finished.keep_end_in_sight()
-        self.finished.wrap_verdicts()
         self._finished: Sequence[FinishedRun] = ()
         self.departures = _RowsTree('departures', (_DIFFERED, 'From', 'By how much'),
                                     _DEPARTURES_PX)
@@ -410,12 +407,6 @@ class _RowsTree(QTreeWidget):
         bar.valueChanged.connect(self._note_end)
         bar.rangeChanged.connect(lambda _least, most: self._is_at_end and bar.setValue(most))
 
-    def wrap_verdicts(self) -> None:
-        """Show long texts of the last column in up to three lines."""
-        self.setUniformRowHeights(False)
-        self.setWordWrap(True)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollPerPixel)
-
     def _note_end(self, value: int) -> None:
         self._is_at_end = value == self.verticalScrollBar().maximum()
 
@@ -430,8 +421,6 @@ class _RowsTree(QTreeWidget):
         width = self.viewport().width()
         left = width - self.columnWidth(1) - last if self._takes_room else 0
         self.setColumnWidth(0, min(wanted, max(int(_MAX_NAME * width), left)))
-        if self.wordWrap():
-            self.scheduleDelayedItemsLayout()  # heights follow from the width
 
 
 class _NameDelegate(RowDelegate):
@@ -440,14 +429,3 @@ class _NameDelegate(RowDelegate):
         super().initStyleOption(option, index)
         if index.column() == 0:
             option.textElideMode = Qt.ElideLeft
-
-    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
-        """Return the size of a cell; a wrapped text needs the height of its lines."""
-        hint: QSize = super().sizeHint(option, index)
-        tree = self.parent()
-        if index.column() == 2 and tree.wordWrap():
-            room = QRect(0, 0, tree.columnWidth(2) - 2 * _TEXT_MARGIN_PX, 0)
-            lines = option.fontMetrics.boundingRect(room, Qt.TextWordWrap, str(index.data() or ''))
-            height = min(lines.height(), _VERDICT_LINES * option.fontMetrics.lineSpacing())
-            hint.setHeight(max(hint.height(), height + 2 * _TEXT_MARGIN_PX))
-        return hint
