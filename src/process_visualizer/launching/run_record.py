@@ -179,8 +179,8 @@ class RunRecord:
             self.write(folder)
         except OSError as error:
             shutil.rmtree(folder, ignore_errors=True)
-            raise OSError(error.errno, f'the run cannot be recorded: {error.strerror}; make room, '
-                          'or set ROS_HOME to a folder that can be written',
+            raise OSError(error.errno, f'the run cannot be registered: {error.strerror}; make '
+                          'room, or set ROS_HOME to a folder that can be written',
                           str(self._path.parent)) from error
         return folder
 

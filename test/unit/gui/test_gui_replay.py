@@ -248,10 +248,17 @@ def test_without_a_memory_it_stays_live_and_says_why(stand: Stand) -> None:
     assert stand.failures == ['Replay failed: there is nothing in memory']
 
 
-@pytest.mark.parametrize('part', [BAG_PART, RVIZ_PART])
-def test_a_part_that_dies_ends_it(stand: Stand, part: str) -> None:
+def test_a_player_that_dies_ends_it(stand: Stand) -> None:
     stand.begin()
-    stand.report(part, PartState.FAILED)
+    stand.report(BAG_PART, PartState.FAILED)
+    assert stand.replay.is_live
+    assert stand.failures == ['The replay has ended: it has died']
+
+
+def test_an_rviz_that_does_not_start_ends_it(stand: Stand) -> None:
+    stand.replay.show(990.0, stand.choice)
+    stand.tasks.end_all()
+    stand.report(RVIZ_PART, PartState.FAILED)
     assert stand.replay.is_live
     assert stand.failures == ['The replay has ended: it has died']
 
@@ -267,6 +274,7 @@ def test_its_rviz_that_is_killed_comes_back_to_the_same_moment(stand: Stand) -> 
     stand.tools.names()
     killed = NodeReport('/rviz').registered().exited(-9)
     stand.report(RVIZ_PART, PartState.RUNNING, killed)
+    stand.report(RVIZ_PART, PartState.FAILED, killed)  # its roslaunch ends with it
     stand.tasks.end_all()
     assert stand.replay.phase is ReplayPhase.PREPARING
     assert stand.tools.names() == ['restart']
@@ -276,6 +284,10 @@ def test_its_rviz_that_is_killed_comes_back_to_the_same_moment(stand: Stand) -> 
     stand.tasks.end_all()
     assert stand.tools.names() == ['show']
     assert stand.replay.phase is ReplayPhase.SHOWN and not stand.failures
+    stand.report(RVIZ_PART, PartState.RUNNING, killed)  # once more
+    stand.report(RVIZ_PART, PartState.FAILED, killed)
+    assert stand.replay.is_live and stand.tools.names() == []
+    assert stand.failures == ['The replay has ended with its RViz (killed by SIGKILL)']
 
 
 def test_a_window_that_is_closed_before_it_shows_anything_is_told(stand: Stand) -> None:

@@ -191,11 +191,14 @@ class ReplayModel(QObject):
         """Update from the state of a part of the second cell."""
         before = self._reports.get(report.part)
         self._reports[report.part] = report
-        if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
-            died = report.dead_nodes if report.part == RVIZ_PART else ()
-            self._give_up('The replay has ended: ' + (
-                f'its RViz has ended ({died[0].end_words})' if died else report.reason))
-        elif report.state is PartState.STOPPED and report.part == RVIZ_PART and (
+        is_view = report.part == RVIZ_PART
+        if is_view and report.has_died and self._revives_view(before):
+            pass  # it is shown again when it is up
+        elif report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
+            died = report.dead_nodes if is_view else ()
+            self._give_up(f'The replay has ended with its RViz ({died[0].end_words})' if died else
+                          f'The replay has ended: {report.reason}')
+        elif report.state is PartState.STOPPED and is_view and (
                 before is None or before.state is not PartState.STOPPING):  # not restarted
             if self._phase is ReplayPhase.PREPARING:
                 self._give_up('Replay failed: its RViz was closed while it started')
@@ -204,10 +207,7 @@ class ReplayModel(QObject):
                 before is None or before.state is not PartState.RUNNING):
             self._run(self._tools.follow)
         elif report.has_died and report.part not in self._restarted and not self.is_live:
-            self._restarted.add(report.part)  # what it drew would stay, and be wrong at other times
-            if report.part == RVIZ_PART:  # it is shown again when it is up
-                self._phase, self._is_opening = ReplayPhase.PREPARING, False
-            self._run(lambda: self._tools.restart(report.part))
+            self._restart(report.part)  # what it drew would stay, and be wrong at other times
         if report.part in self._restarted:
             self.changed.emit()
         self._check_ready()
@@ -222,6 +222,24 @@ class ReplayModel(QObject):
         if is_first:
             self.playback.seek(self._wanted_s - self._begin_s)
         self._check_ready()
+
+    def _revives_view(self, before: Optional[PartReport]) -> bool:
+        """Restart an RViz that has died while it was shown; return whether it is being restarted.
+
+        Its death is reported twice, by its node and by its roslaunch.
+        """
+        if self._phase is ReplayPhase.SHOWN and RVIZ_PART not in self._restarted:
+            self._phase, self._is_opening = ReplayPhase.PREPARING, False
+            self._restart(RVIZ_PART)
+            return True
+        return (RVIZ_PART in self._restarted and self._phase is ReplayPhase.PREPARING
+                and not self._is_opening and before is not None
+                and before.state is PartState.RUNNING)
+
+    def _restart(self, part: str) -> None:
+        """Restart a part, once in a replay."""
+        self._restarted.add(part)
+        self._run(lambda: self._tools.restart(part))
 
     def _holds(self, time_s: float, choice: Choice) -> bool:
         """Return whether the last copy contains a moment and the second cell still shows it."""

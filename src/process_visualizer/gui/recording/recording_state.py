@@ -347,12 +347,12 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Recordin
 
 def gone(state: RecordingState) -> RecordingStep:
     """Return the step after the recorder's process has ended; ``left`` must be checked."""
-    left = files_of(state, state.path)[-1]  # the earlier files of a split recording are complete
+    left = _files_of(state, state.path)[-1]  # the earlier files of a split recording are complete
     return RecordingStep(state.unheard()._replace(phase=RecordingPhase.GONE, path='', left=left,
                                                   is_silent=False))
 
 
-def files_of(state: RecordingState, path: str) -> Tuple[str, ...]:
+def _files_of(state: RecordingState, path: str) -> Tuple[str, ...]:
     """Return the files of the recording that has this one, in the order of time."""
     files = state.snapshot.files
     return files if path in files else (path,)
@@ -361,12 +361,12 @@ def files_of(state: RecordingState, path: str) -> Tuple[str, ...]:
 def left_behind(state: RecordingState, path: str, is_there: bool) -> RecordingStep:
     """Return the step after the check whether an ended recorder has finished its bag."""
     if not is_there:
-        count = len(files_of(state, path)) - 1
+        count = len(_files_of(state, path)) - 1
         said = 'the recorder ended before its bag was finished. ' + (
             f'{count_text(count, "earlier file")} of it {"is" if count == 1 else "are"} complete. '
             if count else '') + repair(path)
         return failed(state._replace(unfinished=path), said)
-    files = files_of(state, path)
+    files = _files_of(state, path)
     return RecordingStep(state._replace(finished=FinishedBag(files),
                                         ended=state.ended.union(files)), files)
 
