@@ -107,3 +107,14 @@ def test_one_that_hangs_does_not_hold_up_the_others() -> None:
         assert pulses.nodes['/hangs'].problem == ''  # it never answered: it may still be starting
     for node in nodes[1:]:
         node.end()
+
+
+def test_the_master_is_rarely_asked_for_nodes_that_nobody_expects() -> None:
+    asked: List[str] = []
+    pulses = Pulses(asked.append)  # knows no node
+    pulses.watch(['/cell_stand/robot_proc'])
+    pulses.watch(['/arm/robot_proc'], are_expected=True)
+    for step in range(200):
+        pulses.step(0.05 * step, 0.0)
+    counts = [asked.count(it) for it in ('/cell_stand/robot_proc', '/arm/robot_proc')]
+    assert counts[0] == 5 and counts[1] > 20

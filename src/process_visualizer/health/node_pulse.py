@@ -25,6 +25,10 @@ _FIRST_ANSWER_WITHIN_S = 5.0
 """Time for the start of a node that is expected but has not answered yet."""
 _YOUNG_S = 5.0
 """Time after a node's first answer in which it may be late, because it and others are starting."""
+_UNKNOWN_PERIOD_S = 2.0
+"""Time between two questions to the master for a node that nobody expects and that it never knew:
+most devices have not all nodes that a device may have, and each question takes the master's time.
+"""
 ENDED, SILENT = 'stopped', 'is not responding'
 _MAX_ANSWER = 1 << 16
 _UNREACHABLE = errno.EHOSTUNREACH, errno.ENETUNREACH, errno.ENETDOWN, errno.ETIMEDOUT
@@ -197,6 +201,8 @@ class NodePulse:
             if self._uri is None:
                 return  # the state is unchanged
         if self._uri is None:
+            if not (self._seen or self.is_expected):
+                self._due_s = now_s + _UNKNOWN_PERIOD_S
             self._note(ENDED)
             return
         self._received, self._is_sent, self._is_overdue = b'', False, False

@@ -57,10 +57,10 @@ class Compared:
         self.stand.tasks_of_runs.end_all()
         return self.stand.compare.runs[0].run
 
-    def run(self, seconds: int, run: Run, says: bool = True, behind_s: Optional[float] = None
-            ) -> None:
+    def run(self, seconds: int, run: Run, says: bool = True, behind_s: Optional[float] = None,
+            first: int = 0) -> None:
         """Let the cell run, second by second, while the node sends its moment."""
-        for second in range(seconds):
+        for second in range(first, seconds):
             for tenth in range(10 if says else 0):
                 time_s = second + 0.1 * tenth
                 cycle_s = time_s % CYCLE_S - run.begin_s
@@ -204,11 +204,18 @@ def test_what_a_restart_of_a_device_does_to_the_values_is_no_fault(compared: Com
     restart(PartState.STOPPING)
     assert model.text == 'Not compared: a device is being restarted'
     interrupted = model.finished[before:]
-    assert all('not compared after' in it.verdict for it in interrupted)
-    compared.run(int(POOR_FROM_S) + 3, run)  # its values leave the range meanwhile
+    assert interrupted and all('not compared after' in it.verdict for it in interrupted)
+    restart(PartState.RUNNING)  # its run begins anew, and the ghost still expects the rest
+    after, end = int(CYCLE_S) + 2, int(CYCLE_S + run.begin_s + run.duration_s)
+    compared.heard.clear()
+    compared.run(end, run, first=after)
+    assert not compared.heard and model.text == (
+        'Not compared before the next run: a device was restarted during this one')
     assert not model.departures and model.finished[before:] == interrupted
-    restart(PartState.RUNNING)
-    assert not model.text.startswith('Not compared: a device')
+    compared.run(end + 2, run, first=end)
+    assert model.text.startswith('Waiting for a run to start')
+    compared.run(int(CYCLE_S), run)
+    assert model.finished[-1].verdict == 'in range'
 
 
 def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,

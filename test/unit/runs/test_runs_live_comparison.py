@@ -235,6 +235,15 @@ def test_the_run_before_does_not_count(learned: LiveComparison) -> None:
     assert learned.departures(times_s, {KEY: joined[0]}, joined[1]) == ()
 
 
+def test_the_run_before_does_not_count_when_the_next_one_has_nothing_to_judge_yet(
+        learned: LiveComparison) -> None:
+    before = window(7.0, 3.0, from_s=6.0)
+    assert departure(learned, 7.0, 3.0, from_s=6.0) is not None
+    reference_s = np.append(before[2], 0.02)  # a value that has no mean yet
+    times_s = EPOCH_S + np.arange(len(reference_s)) / RATE_HZ
+    assert learned.departures(times_s, {KEY: np.append(before[1], np.nan)}, reference_s) == ()
+
+
 def test_the_band_for_the_curve(learned: LiveComparison) -> None:
     _, values, reference_s = window(8.0, 3.0, from_s=6.0)
     reference_s[:50] = np.nan

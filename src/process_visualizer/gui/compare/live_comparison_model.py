@@ -25,6 +25,7 @@ from process_visualizer.runs.comparison.live_comparison import (
     departure_text,
 )
 from process_visualizer.runs.comparison.live_runs import (
+    AGAIN_S,
     FinishedRun,
     LiveRuns,
     finished_run,
@@ -52,6 +53,7 @@ _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of th
             'it a recording of this cell?')
 _NO_DATA = 'Not compared: no data since {}'
 _RESTARTING = 'Not compared: a device is being restarted'
+_RESTARTED = 'Not compared before the next run: a device was restarted during this one'
 _RESUMED = 'Not compared yet: data has resumed'
 _NO_RANGE = 'Not compared here: the good runs have no range at this moment of {} ({})'
 _NO_RUN = 'Waiting for a run to start (reference {})'
@@ -74,6 +76,7 @@ class LiveComparisonModel(QObject):
         self._newest: Optional[PhaseSnapshot] = None
         self._phase: Optional[PhaseSnapshot] = None  # the newest one when ``changed`` was emitted
         self._was_running = self._was_interrupted = False
+        self._cut_at_s: Optional[float] = None  # moment of the reference, in a run with a restart
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._lost: FrozenSet[Key] = frozenset()
         self._now_s, self._is_silent = 0.0, False
@@ -143,6 +146,8 @@ class LiveComparisonModel(QObject):
         phase = self._phase
         if self._live.is_interrupted:
             return _RESTARTING
+        if self._cut_at_s is not None:
+            return _RESTARTED
         if self._live.problem:
             return _no_data(self._now_s)
         if not self._has_common:
@@ -234,10 +239,27 @@ class LiveComparisonModel(QObject):
     def take_phase(self, phase: PhaseSnapshot) -> None:
         """Update the current moment of the reference run."""
         self._newest = phase
-        self._history.add(phase.stamp_s, phase.reference_s)
+        self._follow_cut(phase.reference_s)
+        self._history.add(phase.stamp_s, None if self._is_cut else phase.reference_s)
         if (self._runs is not None and self._has_common and self._live.is_running
-                and not self._live.is_interrupted):
+                and not self._is_cut):
             self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
+
+    @property
+    def _is_cut(self) -> bool:
+        """Return whether a device is being restarted, or was during this run.
+
+        It may begin anew or continue, and only its next run certainly has moments in the reference.
+        """
+        return self._live.is_interrupted or self._cut_at_s is not None
+
+    def _follow_cut(self, reference_s: Optional[float]) -> None:
+        if self._cut_at_s is None or self._live.is_interrupted:
+            return
+        if reference_s is None or reference_s < self._cut_at_s - AGAIN_S:
+            self._cut_at_s = None
+        else:
+            self._cut_at_s = max(self._cut_at_s, reference_s)
 
     def _follow(self) -> None:
         """Follow changes of the good runs, and whether the cell runs."""
@@ -262,6 +284,7 @@ class LiveComparisonModel(QObject):
         if is_interrupted and not was_interrupted:
             self._finish(None if self._runs is None else self._runs.end(is_watched=False))
             self._departures = ()
+            self._cut_at_s = None if self._newest is None else self._newest.reference_s
         if is_interrupted != was_interrupted:
             self._change()
         self._live.set_judged(self._comparison is not None)
@@ -291,7 +314,7 @@ class LiveComparisonModel(QObject):
         self._newest, self._departures, self._has_common = None, (), True
         self._known_s, self._is_stale, self._values_since_s = 0.0, False, 0.0
         self._judged_s, self._back_s = 0.0, {}
-        self._history, self._window = PhaseHistory(MAX_S), None
+        self._history, self._window, self._cut_at_s = PhaseHistory(MAX_S), None, None
         self._change()
 
     def _take_departures(self, now: Tuple[LiveDeparture, ...]) -> None:
@@ -311,7 +334,7 @@ class LiveComparisonModel(QObject):
         times_s = _times_s(window)
         self._window, self._phase = window, self._newest
         self._now_s = float(times_s[-1])
-        if self._live.is_interrupted:
+        if self._is_cut:
             self._judged_s = self._now_s  # what a restart does to the values is no fault
             return
         self._values_since_s = self._values_since_s or self._now_s

@@ -358,9 +358,13 @@ def live_bands(text: str) -> LiveBands:
 
 
 def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:
-    """Return the rows after the last moment at which the reference started again."""
-    back = np.flatnonzero(np.diff(reference_s[rows]) < 0.0)
-    return rows[back[-1] + 1:] if len(back) else rows
+    """Return the rows after the last moment at which the reference started again.
+
+    Until the new run has rows that can be judged, there are none: those before are of another run.
+    """
+    known = np.flatnonzero(np.isfinite(reference_s))
+    back = np.flatnonzero(np.diff(reference_s[known]) < 0.0)
+    return rows[rows >= known[back[-1] + 1]] if len(back) else rows
 
 
 def departure_text(departure: LiveDeparture, now_s: float) -> str:

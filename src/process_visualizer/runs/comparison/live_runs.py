@@ -10,7 +10,7 @@ from process_visualizer.figures import clock_text
 from process_visualizer.runs.comparison.live_comparison import LiveDeparture
 from process_visualizer.runs.comparison.wording import quantity
 
-_AGAIN_S = 1.0
+AGAIN_S = 1.0
 """A moment of the reference that is earlier by this much belongs to another run [s]."""
 _UNKNOWN_S = 1.0
 """Time without a known moment of the reference after which a run is over [s]."""
@@ -201,7 +201,7 @@ class LiveRuns:
                     unwatched_s=_with_gap(run.unwatched_s, run.reference_s, reference_s))
             else:
                 step_s = -math.inf
-        if step_s > -_AGAIN_S:
+        if step_s > -AGAIN_S:
             self._run = run._replace(last_s=stamp_s, reference_s=reference_s)
             return None
         finished = self.end(is_watched=not is_silent)
