@@ -352,6 +352,32 @@ def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_pa
     assert known.mean() > 0.8
 
 
+def test_seconds_in_which_many_poses_are_lost_do_not_change_the_period_of_the_driver(
+        tmp_path: Path) -> None:
+    """By those seconds alone, the driver seemed slower, and the tool faster."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
+        '<base frame="base"/><topic name="tcf" type="tool_center_frame"/></device></visualizer>')
+    rows = []
+    for time_ms in range(0, 14_000, 8):
+        late_ms = time_ms
+        if 8_000 <= time_ms < 12_800:
+            end_ms = -(-time_ms // 160) * 160  # all of 160 ms arrive together, but for some
+            late_ms = end_ms if end_ms - time_ms < 130 else 0
+        if late_ms or not time_ms:
+            rows.append(Row('/tcf', late_ms, Float32MultiArray(data=[
+                3e-4 * time_ms, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), 0.2):
+        live.add(part)
+    [speed] = live.window(14.0).curves
+    known = np.isfinite(speed.low)
+    assert speed.low[known] == pytest.approx(0.3, rel=0.1)
+    assert speed.high[known] == pytest.approx(0.3, rel=0.1)
+    assert 0.5 < known.mean() < 0.75
+
+
 def test_a_topic_that_changes_its_rate_is_where_it_was_recorded(tmp_path: Path) -> None:
     """With its usual period, fast messages would be some seconds too early."""
     (tmp_path / 'cell.xml').write_text(

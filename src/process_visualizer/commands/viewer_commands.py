@@ -203,8 +203,7 @@ def _serve(cell: Cell, address: Optional[str], port: int,
     from process_visualizer.nodes.common.node_server import answer_patiently, serve_patiently
     from process_visualizer.serving.cell_link import CellLink, PageClock
     from process_visualizer.serving.live_cell import PERIOD_S, LiveCell
-    from process_visualizer.serving.ticks import Ticks
-    from process_visualizer.serving.web_server import LiveServer, served_file
+    from process_visualizer.serving.web_server import LiveServer, Ticks, served_file
     packed, server = Packed(), secrets.token_hex(8)
     shared = PageCell(cell, packed)
     live = LiveCell(cell, shared, server)

@@ -107,7 +107,8 @@ class RecentPart(NamedTuple):
         return data
 
 
-_INTERVALS = 1000
+_MAX_ARRIVALS = 10_000
+"""Number of messages by which a driver's period is known: of two busy seconds, many are lost."""
 _CONTEXT_S = 2.0  # kept history, for a driver's period and for joining the parts of a tool
 
 
@@ -124,9 +125,15 @@ class LiveSeries:
                          for part in locators.parts]
         self._context: List[Numbers] = []  # of each part
         self._known_s = -np.inf  # numbers up to this time have been returned
-        self._arrived_s = -np.inf  # of the newest message
-        self._intervals_s = np.empty(0)  # between messages; two busy seconds have few usual ones
+        self._arrivals_s = np.empty(0)  # of the newest messages
         self._delay_ns: Optional[int] = None  # usual delay from stamp to arrival
+        self._motion_s: Deque[np.ndarray] = deque()  # when positions were measured, in parts
+
+    def motion_s(self, since_s: float) -> np.ndarray:
+        """Return when the positions were measured (m,) [s] from which speeds are known."""
+        while len(self._motion_s) > 1 and self._motion_s[0][-1] < since_s:
+            self._motion_s.popleft()
+        return np.concatenate([np.empty(0), *self._motion_s])
 
     def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return times (m,) and finite numbers (m,) from newly arrived messages.
@@ -169,7 +176,11 @@ class LiveSeries:
         numbers = self._certain(numbers)
         if len(numbers.positions) < 2:
             return np.empty(0), np.empty(0)
-        times_s = self._measured_s(numbers) - self._source.latency_s
+        period_s = sending_period_s(self._arrivals_s) or None
+        times_s = self._measured_s(numbers, period_s) - self._source.latency_s
+        is_new = times_s > (self._motion_s[-1][-1] if self._motion_s else -np.inf)
+        if is_new.any():
+            self._motion_s.append(times_s[is_new])
         middle_s, values = sampled(Samples(self._source, times_s, numbers.values))
         is_new = (middle_s > self._known_s) & (middle_s <= times_s[-1] - 0.45 * WINDOW_S)
         if is_new.any():
@@ -181,13 +192,13 @@ class LiveSeries:
         if (numbers.stamps_ns > 0).any():
             return numbers
         arrival_s = (numbers.positions - self._begin_ns) / 1e9
-        newer_s = arrival_s[np.searchsorted(arrival_s, self._arrived_s):]
-        self._intervals_s = np.concatenate((self._intervals_s, np.diff(newer_s)))[-_INTERVALS:]
-        self._arrived_s = float(arrival_s[-1])
-        period_s = sending_period_s(arrival_s)
-        if not is_even(self._intervals_s, period_s):
+        since = np.searchsorted(arrival_s, self._arrivals_s[-1], 'right') \
+            if len(self._arrivals_s) else 0
+        self._arrivals_s = np.concatenate((self._arrivals_s, arrival_s[since:]))[-_MAX_ARRIVALS:]
+        period_s = sending_period_s(self._arrivals_s)
+        if not is_even(np.diff(self._arrivals_s), period_s):
             return numbers
-        found = undated(arrival_s, self._measured_s(numbers), period_s)
+        found = undated(arrival_s, self._measured_s(numbers, period_s), period_s)
         is_known = ~found.rows
         is_known[found.open_from:] = False
         return Numbers(*(column[is_known] for column in numbers))
@@ -196,10 +207,10 @@ class LiveSeries:
         times_s = (numbers.positions - self._begin_ns) / 1e9 - self._source.latency_s
         return Samples(self._source, times_s, numbers.values)
 
-    def _measured_s(self, numbers: Numbers) -> np.ndarray:
+    def _measured_s(self, numbers: Numbers, period_s: Optional[float] = None) -> np.ndarray:
         stamps_s = np.where(numbers.stamps_ns > 0, (numbers.stamps_ns - self._begin_ns) / 1e9,
                             np.nan)
-        return measuring_times((numbers.positions - self._begin_ns) / 1e9, stamps_s)
+        return measuring_times((numbers.positions - self._begin_ns) / 1e9, stamps_s, period_s)
 
 
 def _with_context(old: Numbers, new: Numbers) -> Numbers:
@@ -278,14 +289,23 @@ _QUICK_S = 1.5
 _MAX_COLUMNS = 1500  # of a drawn curve: about the number of pixels of a screen
 
 
+_NO_TIMES = np.empty(0)
+
+
 class LiveCurve(NamedTuple):
-    """A process variable over the last seconds: minimum and maximum per column (n,), or NaN."""
+    """A process variable over the last seconds: minimum and maximum per column (n,), or NaN.
+
+    ``value`` is the present one; NaN before the first one, or if the newest one is stale. ``age_s``
+    is that of the newest one, and infinite before the first one. Of a speed, ``motion_s`` (m,) is
+    when its positions were measured [s from the beginning], where that is known.
+    """
 
     source: CurveSource
     low: np.ndarray
     high: np.ndarray
-    value: float  # the present one; NaN before the first one, or if the newest one is stale
-    age_s: float = math.inf  # of the newest value; infinite before the first one
+    value: float
+    age_s: float = math.inf
+    motion_s: np.ndarray = _NO_TIMES
 
 
 class LiveMark(NamedTuple):
@@ -358,10 +378,12 @@ class LiveCurves:
         now_s = (self._now_ns - self._begin_ns) / 1e9 if self._begin_ns else 0.0
         # whole columns, so that their contents stay the same while they scroll
         end = joined * (int(now_s / COLUMN_S) // joined + 1)
-        curves = tuple(LiveCurve(shown, *self._columns[source].window(end, count, joined),
-                                 *self._value(source, now_s))
-                       for source, shown in self._in_order())
         length_s = count * joined * COLUMN_S
+        since_s = end * COLUMN_S - length_s
+        curves = tuple(LiveCurve(shown, *self._columns[source].window(end, count, joined),
+                                 *self._value(source, now_s),
+                                 self._series[source].motion_s(since_s))
+                       for source, shown in self._in_order())
         return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
                           self._begin_ns / 1e9)
 

@@ -15,8 +15,8 @@ from process_visualizer.curves.live_curves import LiveMark, LiveWindow
 from process_visualizer.figures import clock_text
 from process_visualizer.health.near_objects import seen_objects
 from process_visualizer.msg import DetectedObjects
-from process_visualizer.page.live_clouds import (
-    MAX_POINTS,
+from process_visualizer.page.clouds import (
+    MAX_LIVE_POINTS,
     cloud_message,
     live_points,
     placed,
@@ -199,7 +199,7 @@ class LiveCell:
             if not self._has_new_cloud or self._count % _CLOUDS_EVERY:
                 return
             self._has_new_cloud, clouds = False, tuple(self._clouds.values())
-        most = MAX_POINTS // len(clouds)
+        most = MAX_LIVE_POINTS // len(clouds)
         found = []
         for points in (live_points(it, most) for it in clouds):
             place = None if points is None else self.place(points.frame)

@@ -729,6 +729,13 @@ def test_a_cloud_that_does_not_come_is_an_alarm_unless_it_is_said_why(stand: Sta
     stand.report('arm', NodeState.EXITED, 1)
     say(Severity.WARNING)
     assert 'arm: no cloud is arriving' not in stand.texts()
+    stand.report('arm', NodeState.RUNNING)
+    say(Severity.WARNING)
+    stand.report('arm', NodeState.EXITED, 1)  # the reason comes later: there is still no cloud
+    assert 'arm: no cloud is arriving' in stand.texts()
+    say(None)
+    assert 'arm: no cloud is arriving' not in stand.texts()
+    assert 'clouds are arriving again' in stand.model.events[-1].text
 
 
 @pytest.mark.parametrize('missing', ['cloud', 'topic'])

@@ -176,7 +176,7 @@ def test_where_there_is_no_data_the_verdict_says_so(stand: Stand, tmp_path: Path
     stand.tick(0, 3)
     stand.compare()
     verdicts = column(stand.panel.runs, 2)
-    assert re.match(r'in range, [12]\.\d s not judged \(no data in time\)$', verdicts[1])
+    assert re.match(r'in range, [12]\.\d s not judged \(data missing or late\)$', verdicts[1])
     assert verdicts[3] == 'in range'
     hint = stand.panel.runs.topLevelItem(1).toolTip(2)
     assert 'not judged: anything from 0:1' in hint and 'messages of the motion are missing' in hint

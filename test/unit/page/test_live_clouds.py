@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_clouds import cloud, line, read
 
-from process_visualizer.page.clouds import Points
-from process_visualizer.page.live_clouds import cloud_message, live_points, placed
+from process_visualizer.page.clouds import Points, cloud_message, live_points, placed
 from process_visualizer.robot.kinematics import Placement
 
 

@@ -17,8 +17,8 @@ from std_msgs.msg import Bool, Float32, Float64
 from process_visualizer.commands.command_line import main
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
+from process_visualizer.runs.comparison.comparison import Unjudged
 from process_visualizer.runs.comparison.good_runs import GoodRuns
-from process_visualizer.runs.comparison.unjudged import Unjudged
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 
@@ -37,16 +37,16 @@ def test_where_a_run_has_no_data_the_page_says_so(tmp_path: Path) -> None:
     force = next(it for it in found.band.signals if it.label == 'tool force')
     with_gap = found._replace(unjudged=(Unjudged(force, 4.0, 5.5),))
     assert run_words(run, with_gap, (), PageSpan(0.0, 10.0))['notes'][-1] == (
-        'not judged: arm tool force from 0:04.00 to 0:05.50 (no data in time)')
+        'not judged: arm tool force from 0:04.00 to 0:05.50 (data missing or late)')
     in_range = with_gap._replace(departures=())
     assert run_words(run, in_range, (), PageSpan(0.0, 10.0))['verdict'] == (
-        'in range, 1.5 s not judged (no data in time)')
+        'in range, 1.5 s not judged (data missing or late)')
     overlapping = in_range._replace(unjudged=(Unjudged(force, 4.0, 5.5), Unjudged(force, 5.0, 6.0),
                                               Unjudged(force, 8.0, 8.2)))
     assert overlapping.unjudged_s == pytest.approx(2.2)
     half = in_range._replace(unjudged=(Unjudged(force, 1.0, 6.0),))
     assert run_words(run, half, (), PageSpan(0.0, 10.0))['verdict'] == (
-        f'5.0 of {run.duration_s:.1f} s not judged (no data in time); the rest is in range')
+        f'5.0 of {run.duration_s:.1f} s not judged (data missing or late); the rest is in range')
 
 
 @pytest.mark.parametrize(('period_s', 'holds_s'), [(0.02, 0.7), (0.5, 0.7), (2.0, 6.0)])

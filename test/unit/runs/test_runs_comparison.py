@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from made_runs import made_run, progress
 
+from process_visualizer.commands.compare_command import as_json, as_text
 from process_visualizer.figures import clock_text
 from process_visualizer.page.robots import PageSpan
 from process_visualizer.page.run_page import run_words
-from process_visualizer.runs.comparison.comparison import incomparable
-from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.comparison import Missing, incomparable
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
-from process_visualizer.runs.comparison.unjudged import Missing
 from process_visualizer.runs.comparison.wording import amount, unjudged_texts, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of

@@ -55,3 +55,14 @@ def test_the_variant_of_a_run_is_the_number_that_holds_during_its_cycle() -> Non
     runs = cut_into_runs(whole, span)
     assert [it.group[0][1] for it in runs] == [2.0, 1.0, 2.0]
     assert [it.place[0][1] for it in runs] == [2.0, 1.0, 2.0]
+
+
+def test_a_run_that_was_broken_off_has_nothing_of_the_next_one() -> None:
+    """The tools of the next one, on their way to its begin, were far beside the path."""
+    whole = Run('shift.bag', 60.0, (), events=(
+        RunEvent('begins', 5.0), RunEvent('ends', 15.0), RunEvent('begins', 25.0),
+        RunEvent('begins', 32.0), RunEvent('ends', 42.0), RunEvent('begins', 45.0),
+        RunEvent('begins', 57.0)))
+    runs = cut_into_runs(whole, RunSpan('begins', 'ends', 4.0, 2.0, Location('cell.xml', 1)))
+    assert [(it.begin_s, it.begin_s + it.duration_s, it.is_broken_off) for it in runs] == [
+        (1.0, 17.0, False), (21.0, 28.0, True), (28.0, 44.0, False), (41.0, 53.0, True)]

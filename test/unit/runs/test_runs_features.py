@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from made_runs import made_run
 
-from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.commands.compare_command import as_json, as_text
 from process_visualizer.runs.comparison.features import as_csv, drifts
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns

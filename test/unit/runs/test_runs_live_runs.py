@@ -149,7 +149,8 @@ def test_channels_that_lacked_values_are_named(following: Following) -> None:
     following.pass_(LENGTH_S, 0.0)
     following.pass_(3.0, None)
     first, second = following.finished
-    assert first.verdict == 'in range, no data of a for 1.6 s, b for 0.8 s and 1 more'
+    assert first.verdict == (
+        'in range, not judged: c for 2.0 s, a for 1.6 s and 1 more (data missing or late)')
     assert (first.is_good, first.is_good_in_part) == (False, True)
     assert finished_run(json.loads(json.dumps(first.settings()))) == first
     assert second.verdict == 'in range', 'it is another run'
@@ -199,7 +200,7 @@ def test_a_silent_ghost_is_a_gap_in_the_comparison_that_is_named_once() -> None:
     cell.pass_(2.0, None)
     run, = cell.finished
     assert run.verdict == ('in range, not compared from 0:04.00 to 0:06.10, '
-                           'no data of feed for 3.9 s')
+                           'not judged: feed for 3.9 s (data missing or late)')
 
 
 def test_what_moves_after_a_silent_ghost_may_be_another_run() -> None:
@@ -229,6 +230,21 @@ def test_a_run_whose_beginning_was_lost_is_compared_from_where_its_values_are_kn
     cell.pass_(4.0, 4.0)
     cell.pass_(2.0, None)
     assert cell.finished[-1].verdict == 'in range from 0:04.00 on'
+
+
+def test_a_run_of_which_nothing_was_seen_for_long_is_still_one_run() -> None:
+    """The recorder was killed: a run of 0.00 s was "no data", and the rest of it another run."""
+    cell = Following()
+    cell.runs.lose()
+    cell.pass_(6.0, 0.0, is_judged=False)
+    assert not cell.finished
+    cell.pass_(2.0, 6.0)
+    cell.pass_(2.0, None)
+    assert [it.verdict for it in cell.finished] == ['in range from 0:06.00 on']
+    cell.runs.lose()
+    cell.pass_(LENGTH_S, 0.0, is_judged=False)
+    cell.pass_(2.0, None, is_judged=False)
+    assert len(cell.finished) == 1, 'nothing was seen of this one'
 
 
 def test_a_run_whose_values_do_not_come_again_is_not_said_to_be_in_range() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import made_run, progress
 
-from process_visualizer.runs.comparison.comparison_text import as_text
+from process_visualizer.commands.compare_command import as_text
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.deviation.band import (
     RELATIVE_TOLERANCE,

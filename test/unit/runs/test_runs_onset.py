@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_runs import made_run
 
-from process_visualizer.runs.comparison.comparison_text import as_text
+from process_visualizer.commands.compare_command import as_text
 from process_visualizer.runs.comparison.good_runs import GoodRuns
 from process_visualizer.runs.comparison.wording import verdict
 from process_visualizer.runs.deviation.band import BandLearner, SignalBand

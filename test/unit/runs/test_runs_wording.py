@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from process_visualizer.runs.comparison.unjudged import Missing, Unjudged
+from process_visualizer.runs.comparison.comparison import Missing, Unjudged
 from process_visualizer.runs.comparison.wording import said, unjudged_texts
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
@@ -38,7 +38,7 @@ def test_where_the_pace_was_not_judged_is_a_sentence() -> None:
         Unjudged(signal, float(begin_s), begin_s + 0.5) for begin_s in range(1, 5)))
     assert unjudged_texts(found) == [  # type: ignore[arg-type]
         'not judged: pace from 0:01.00 to 0:01.50, 0:02.00 to 0:02.50, 0:03.00 to 0:03.50 and 1 '
-        'more (no data in time)']
+        'more (data missing or late)']
 
 
 def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> None:
@@ -50,4 +50,4 @@ def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> N
     assert unjudged_texts(found) == [  # type: ignore[arg-type]
         'not judged: anything from 0:01.00 to 0:01.50, 0:04.00 to 0:04.50 (messages of the '
         'motion are missing or arrived late, so the moment of the process is unknown)',
-        'not judged: arm flow from 0:01.00 to 0:03.00 (no data in time)']
+        'not judged: arm flow from 0:01.00 to 0:03.00 (data missing or late)']

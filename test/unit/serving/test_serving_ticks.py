@@ -8,7 +8,7 @@ from typing import List
 import pytest
 from tornado.ioloop import IOLoop
 
-from process_visualizer.serving.ticks import Ticks
+from process_visualizer.serving.web_server import Ticks
 
 PERIOD_S = 0.001
 

@@ -257,9 +257,9 @@ class AlarmsModel(QObject):
         sources = {it.source for it in conditions}
         for device in running.devices:
             warnings = self._states.warnings(device.name)
-            if device.name not in sources:  # otherwise the reason is shown already
-                conditions += self._missing(
-                    cloud_conditions(device.name, self._states.watch_warnings(), epoch_s))
+            clouds = cloud_conditions(device.name, self._states.watch_warnings(), epoch_s)
+            # No new one beside its reason; one that was shown before ends with the next cloud.
+            conditions += self._known(clouds) if device.name in sources else self._missing(clouds)
             conditions += limit_conditions(device.name, warnings, epoch_s)
             conditions += conflict_conditions(device.name, warnings)
             conditions += message_conditions(device.name, warnings, self._clock_s())

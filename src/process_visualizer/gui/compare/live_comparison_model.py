@@ -331,15 +331,14 @@ class LiveComparisonModel(QObject):
         comparison = self._comparison
         if comparison is None or not window.curves:
             return
-        times_s = _times_s(window)
+        times_s, values = judged_values(window)
         self._window, self._phase = window, self._newest
         self._now_s = float(times_s[-1])
         if self._is_cut:
             self._judged_s = self._now_s  # what a restart does to the values is no fault
             return
         self._values_since_s = self._values_since_s or self._now_s
-        values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
-        reference_s = self._history.at(times_s)
+        reference_s = comparison.certain(times_s, self._history.at(times_s), motions_s(window))
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._take_departures(comparison.departures(times_s, values, reference_s))
         lost = comparison.lost(times_s, values)
@@ -383,6 +382,16 @@ def _place(phase: PhaseSnapshot) -> str:
     if phase.behind_s is None or abs(phase.behind_s) < 0.05:
         return place
     return f'{place}, {abs(phase.behind_s):.1f} s {"behind" if phase.behind_s > 0.0 else "ahead"}'
+
+
+def judged_values(window: LiveWindow) -> Tuple[np.ndarray, Dict[Key, np.ndarray]]:
+    """Return times (n,) on the recorder's clock [s since the epoch], and values (n,) by channel."""
+    return _times_s(window), {_key(it): _values(it) for it in window.curves}
+
+
+def motions_s(window: LiveWindow) -> List[np.ndarray]:
+    """Return when the positions of each tool were measured (m,), on the recorder's clock [s]."""
+    return [window.epoch_s + it.motion_s for it in window.curves if len(it.motion_s)]
 
 
 def _times_s(window: LiveWindow) -> np.ndarray:

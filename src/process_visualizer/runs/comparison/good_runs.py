@@ -16,13 +16,12 @@ from process_visualizer.runs.alignment.alignment import (
 )
 from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
-from process_visualizer.runs.comparison.band_of_run import OF_PLACE, TIME_LOST, band_of_run, holding
-from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.onsets import refined_onset, with_frequency
-from process_visualizer.runs.comparison.unjudged import (
+from process_visualizer.runs.comparison.comparison import (
+    Comparison,
     unjudged,
 )
 from process_visualizer.runs.deviation.band import (
+    EDGE_ROWS,
     MIN_RUNS,
     RELATIVE_TOLERANCE,
     USUAL_RATE,
@@ -30,14 +29,21 @@ from process_visualizer.runs.deviation.band import (
     BandLearner,
     SignalBand,
     TooFewRuns,
+    beyond,
     common,
     fewest_runs,
     most_of,
     signal_tolerance,
     widened,
 )
-from process_visualizer.runs.deviation.channel_faults import StuckSensors, explains
+from process_visualizer.runs.deviation.channel_faults import (
+    StuckSensors,
+    explains,
+    refined_onset,
+    with_frequency,
+)
 from process_visualizer.runs.deviation.departures import (
+    BESIDE,
     MIN_LASTING_ROWS,
     Departure,
     departures,
@@ -46,6 +52,7 @@ from process_visualizer.runs.deviation.departures import (
 )
 from process_visualizer.runs.deviation.signals import (
     RATE_HZ,
+    TIMING_LABEL,
     Columns,
     Signal,
     SignalKind,
@@ -53,6 +60,7 @@ from process_visualizer.runs.deviation.signals import (
     own_columns,
     signals,
     steepness,
+    tool_speed,
     unknown_moments,
 )
 from process_visualizer.runs.deviation.state_order import (
@@ -61,10 +69,12 @@ from process_visualizer.runs.deviation.state_order import (
     state_keys,
     states_of,
 )
-from process_visualizer.runs.holes import MIN_HOLE_S, holes_s_of
 from process_visualizer.runs.run import DAMAGED, Group, Key, Run, fingerprint
 from process_visualizer.runs.series import (
+    MIN_HOLE_S,
+    ROUGH_S,
     States,
+    holes_s_of,
     inside,
     moving_maximum,
     period_s,
@@ -242,7 +252,7 @@ class GoodRuns:
             own = None
         columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
-        band = band_of_run(band, alignment, columns, self.reference, self.times_s)
+        band = _band_of_run(band, alignment, columns, self.reference, self.times_s)
         steep = _steep_rows(self.reference, self.times_s)
         stuck = () if own is not None else tuple(self._stuck.departures(run, alignment.time_map))
         left = [it for it in departures(self.times_s, columns, band)
@@ -324,7 +334,7 @@ class GoodRuns:
         if all(it.run.place == run.place for it in self._good):
             return band
         found = {signal: limits for signal, limits in band.signals.items()
-                 if signal.kind not in OF_PLACE}
+                 if signal.kind not in _OF_PLACE}
         of_all = {} if self._common_learner is None \
             else self._common_learner.band(None, own).signals
         found.update(of_all)
@@ -337,7 +347,7 @@ class GoodRuns:
                 if signal not in of_all:
                     found[signal] = limits
                     continue
-                held = holding(of_all[signal], [self._good[row].columns[signal]
+                held = _holding(of_all[signal], [self._good[row].columns[signal]
                                                    for row in alike])
                 found[signal] = SignalBand(*(
                     np.where(np.isfinite(held.half_width), one, other)
@@ -354,12 +364,12 @@ class GoodRuns:
         """
         if not self._times_by_place:
             return columns
-        others = [it.columns[TIME_LOST] for row, it in enumerate(self._good)
+        others = [it.columns[_TIME_LOST] for row, it in enumerate(self._good)
                   if it.run.place == place and row != own]
         if not others and own is None:
             return columns
         usual = common(np.stack(others)).astype(np.float32) if others else np.float32(np.nan)
-        return {**columns, TIME_LOST: columns[TIME_LOST] - usual}
+        return {**columns, _TIME_LOST: columns[_TIME_LOST] - usual}
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
         """Return bands of tool places, with a margin for times found by another place's motion."""
@@ -367,7 +377,7 @@ class GoodRuns:
         band = BandLearner(columns, self._tolerance).band()
         return {signal: widened(limits._replace(half_width=limits.half_width + signal_tolerance(
                     signal, columns[0][signal], self._tolerance)))
-                for signal, limits in band.signals.items() if signal.kind in OF_PLACE}
+                for signal, limits in band.signals.items() if signal.kind in _OF_PLACE}
 
     def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         notes = []
@@ -450,7 +460,7 @@ def _without_place(good: _Good, reference: Run) -> Columns:
     if good.run.place == reference.place:
         return good.columns
     return {signal: values for signal, values in good.columns.items()
-            if signal.kind not in OF_PLACE}
+            if signal.kind not in _OF_PLACE}
 
 
 def _where_places_are_alike(good: Sequence[_Good]) -> List[Columns]:
@@ -509,3 +519,113 @@ def _pace(alignment: Alignment) -> List[str]:
         return []
     return [f'its motion took {abs(longer_s):.2f} s ({100 * abs(longer_s) / reference_s:.1f} %) '
             f'{"longer" if longer_s > 0 else "less"} than in the reference']
+
+
+# The band as it holds for one run: wider where that run's moments are less certain.
+
+_OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
+"""Signals that depend on the place at which a process runs."""
+_TIME_LOST = Signal('', TIMING_LABEL, 's', SignalKind.TIMING)
+_EDGED = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.NOISE)
+_EDGE_S, _MIN_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
+_AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
+_BY_STATES_S = 0.08
+
+
+def _band_of_run(band: Band, alignment: Alignment, columns: Columns, reference: Run,
+                times_s: np.ndarray) -> Band:
+    """Return the band for a run, from the band of the good runs.
+
+    Args:
+        band: of the good runs of the same group and place.
+        alignment, columns: of the run.
+        times_s: (t,) the moments of the reference.
+    """
+    if alignment.means is AlignmentMethod.STATES:
+        band = _wider_in_time(band, reference, times_s)
+    band = _less_sure_in_waits(band, alignment, reference, times_s)
+    return _less_sure_beside(band, columns, reference, times_s)
+
+
+def _wider_in_time(band: Band, reference: Run, times_s: np.ndarray) -> Band:
+    """Return the band for a run whose moments are known only from messages of states.
+
+    The faster a tool moves, the less is known about where it should be.
+    """
+    found = dict(band.signals)
+    speeds = {it.device: tool_speed(it, times_s) for it in reference.motions if len(it.times_s)}
+    for signal, limits in band.signals.items():
+        if signal.label == TIMING_LABEL:
+            found[signal] = limits._replace(half_width=limits.half_width + _BY_STATES_S)
+        elif signal.kind is SignalKind.PLACE and signal.device in speeds:
+            found[signal] = limits._replace(
+                half_width=limits.half_width + _BY_STATES_S * speeds[signal.device])
+        elif signal.kind in _OF_PLACE:
+            found[signal] = widened(limits)
+    return band._replace(signals=found)
+
+
+def _less_sure_in_waits(band: Band, alignment: Alignment, reference: Run,
+                        times_s: np.ndarray) -> Band:
+    """Return the band for a run that waited less: its edges there are slower on the other clock."""
+    found = dict(band.signals)
+    for begin_s, end_s in reference.waits_s:
+        run_s = alignment.time_map.to_run(np.array([begin_s, end_s]))
+        stretch = (end_s - begin_s) / max(float(np.ptp(run_s)), _MIN_WAIT_S)
+        if stretch <= 1.0:
+            continue
+        rows = slice(*np.searchsorted(times_s, (begin_s - stretch * _EDGE_S, end_s + _EDGE_S)))
+        for signal, limits in found.items():
+            if signal.kind in _EDGED:
+                edge_s = _EDGE_S + (ROUGH_S if signal.kind is SignalKind.NOISE else 0.0)
+                wider = widened(limits, int(stretch * edge_s * RATE_HZ) + 1)
+                found[signal] = limits._replace(**{
+                    name: _with_rows(getattr(limits, name), rows, getattr(wider, name))
+                    for name in ('middle', 'half_width')})
+    return band._replace(signals=found)
+
+
+def _with_rows(values: np.ndarray, rows: slice, others: np.ndarray) -> np.ndarray:
+    result = values.copy()
+    result[rows] = others[rows]
+    return result
+
+
+def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.ndarray) -> Band:
+    """Return the band for a run whose tools are farther beside their paths than in good runs.
+
+    Moments are found by the place of a tool on its path. A tool beside its path may as well be
+    earlier or later, by the time it takes for that distance.
+    """
+    away, passed = np.zeros((2, len(times_s)))
+    for motion in reference.motions:
+        if not len(motion.times_s):
+            continue
+        outside_m = {signal.label: np.nan_to_num(beyond(
+            columns[signal], limits.middle - limits.half_width,
+            limits.middle + limits.half_width)) for signal, limits in band.signals.items()
+            if signal.device == motion.device and signal.kind is SignalKind.PLACE
+            and signal in columns}
+        level, climb = steepness(motion, times_s)
+        along, aside, up = (outside_m.get(label, np.zeros(len(times_s)))
+                            for label in ('tool along', *BESIDE))
+        away += np.square(aside) + np.square(level * up - climb * along)
+        passed += np.square(tool_speed(motion, times_s))
+    speed_m_s = np.sqrt(moving_maximum(passed, _AROUND_ROWS))
+    unsure_s = np.where(speed_m_s > 0.0, np.sqrt(away) / np.maximum(speed_m_s, _MIN_SPEED_M_S), 0.0)
+    unsure_s = moving_maximum(unsure_s, 2 * _AROUND_ROWS)
+    if _TIME_LOST not in band.signals or not unsure_s.any():
+        return band
+    limits = band.signals[_TIME_LOST]
+    wider = limits._replace(half_width=limits.half_width + unsure_s)
+    return band._replace(signals={**band.signals, _TIME_LOST: wider})
+
+
+def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:
+    """Return the band of all places, widened to hold what good runs of one place did.
+
+    The moments of these runs were found by the states of one of them, with the same error in each.
+    """
+    low = np.fmin.reduce([limits.middle, *values]) - limits.half_width
+    high = np.fmax.reduce([limits.middle, *values]) + limits.half_width
+    return SignalBand(0.5 * (low + high), 0.5 * (high - low))

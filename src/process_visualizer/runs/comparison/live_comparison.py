@@ -30,11 +30,12 @@ from process_visualizer.runs.deviation.signals import (
     TORQUE_DIRECTION,
     Signal,
     SignalKind,
+    near_gaps,
 )
 from process_visualizer.runs.run import Key
-from process_visualizer.runs.series import inside, moving_mean, period_s, spans
+from process_visualizer.runs.series import data_gaps, inside, moving_mean, period_s, spans
 
-_LIVE_MARGIN = 1.1
+_LIVE_MARGIN = 1.25
 """Width of a live band, as a multiple of that of recordings: its moments and values are less exact,
 and a recording is judged again."""
 _NEWEST_S = 1.5
@@ -63,7 +64,8 @@ _MAX_BANDS_TEXT = 200_000
 _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
-_MOMENT = 'the moment in the reference'
+_MOMENT = 'anything'
+"""What is not judged while the moment in the reference is unknown."""
 _MIN_PACE = 0.5
 """Minimum pace of a run, as a share of the reference's, while its moment is unknown."""
 
@@ -128,6 +130,18 @@ class LiveComparison:
         found = [self._departure(key, times_s, values[key], reference_s)
                  for key in self._signals if key in values]
         return tuple(sorted((it for it in found if it is not None), key=lambda it: it.since_s))
+
+    @staticmethod
+    def certain(times_s: np.ndarray, reference_s: np.ndarray,
+                motions_s: Sequence[np.ndarray]) -> np.ndarray:
+        """Return moments of the reference (n,), NaN where those of the run are uncertain.
+
+        They are near gaps in the motion of all tools, and where its messages came late. Each of
+        ``motions_s`` (m,) is when a tool's positions were measured; the rest is as for
+        ``departures``.
+        """
+        near = [near_gaps(times_s, it, data_gaps(it)) for it in motions_s if len(it)]
+        return np.where(np.logical_and.reduce(near), np.nan, reference_s) if near else reference_s
 
     def lost(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> FrozenSet[Key]:
         """Return the channels whose values are too old to say anything about now.

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from process_visualizer.figures import clock_text
+from process_visualizer.runs.comparison.comparison import Missing
 from process_visualizer.runs.comparison.live_comparison import LiveDeparture
 from process_visualizer.runs.comparison.wording import quantity
 
@@ -81,8 +82,8 @@ class FinishedRun(NamedTuple):
             end.append(f'no data from {clock_text(self.lost_from_s)} on')
         elif self.unjudged and not self.departed:
             more = len(self.unjudged) - _MAX_UNJUDGED
-            end.append(f'no data of {", ".join(self.unjudged[:_MAX_UNJUDGED])}'
-                       + (f' and {more} more' if more > 0 else ''))
+            end.append(f'not judged: {", ".join(self.unjudged[:_MAX_UNJUDGED])}'
+                       + (f' and {more} more' if more > 0 else '') + f' ({Missing.DATA.value})')
         since = '' if self.seen_from_s is None else f' from {clock_text(self.seen_from_s)} on'
         return ', '.join([f'out of range: {"; ".join(self.departed)}' if self.departed
                           else f'in range{since}', *end])
@@ -181,7 +182,7 @@ class LiveRuns:
     def at(self, stamp_s: float, reference_s: Optional[float]) -> Optional[FinishedRun]:
         """Take the current moment of the reference [s]; return the run that this ends, if any."""
         run = self._run
-        if self._is_lost and run is not None:
+        if self._is_lost and self._is_judged and run is not None:
             self._lost = lost = self._lost or run
             if stamp_s - lost.last_s > _LOST_S:
                 self._is_waiting = True
@@ -256,18 +257,21 @@ class LiveRuns:
         self._run, self._departed, self._is_judged, self._gap_from_s = None, {}, False, None
         if run is None or run.last_s - run.began_s < _MIN_S:
             return None
+        if self._is_lost and not is_judged:
+            return None  # nothing was seen of it
         if run.seen_from_s > _OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
             return None  # robots that stand where the reference passes by
         gaps_s = sum(end_s - begin_s for begin_s, end_s in run.unwatched_s)  # named already
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
         is_whole = run.reference_s > self._duration_s - _OPEN_END_S or lost is not None
+        longest_first = sorted(unjudged_s.items(), key=lambda it: -it[1])
         return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,
                            self._reference, tuple(texts), is_judged,
                            run.reference_s if is_watched and not is_whole else None,
                            run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None,
                            None if lost is None else lost.reference_s,
                            None if is_watched or is_whole else run.reference_s,
-                           tuple(f'{name} for {it:.1f} s' for name, it in unjudged_s.items()
+                           tuple(f'{name} for {it:.1f} s' for name, it in longest_first
                                  if it - gaps_s > max(_UNJUDGED_S, _UNJUDGED_SHARE * (
                                      run.last_s - run.began_s))), run.unwatched_s)
 

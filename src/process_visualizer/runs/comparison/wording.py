@@ -6,9 +6,8 @@ import math
 from typing import Dict, List, Optional, Tuple
 
 from process_visualizer.figures import clock_text
-from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.comparison import Comparison, Missing
 from process_visualizer.runs.comparison.features import phase_at
-from process_visualizer.runs.comparison.unjudged import Missing
 from process_visualizer.runs.deviation.band import Band
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import (
@@ -168,9 +167,9 @@ def _without_departures(comparison: Comparison) -> str:
         return 'in range'
     unjudged_s = max(comparison.unjudged_s, 0.1)
     if comparison.is_judged_in_part:
-        return (f'{unjudged_s:.1f} of {comparison.run.duration_s:.1f} s not judged (no data in '
-                'time); the rest is in range')
-    return f'in range, {unjudged_s:.1f} s not judged (no data in time)'
+        return (f'{unjudged_s:.1f} of {comparison.run.duration_s:.1f} s not judged (data '
+                'missing or late); the rest is in range')
+    return f'in range, {unjudged_s:.1f} s not judged (data missing or late)'
 
 
 def verdict(comparison: Comparison) -> str:

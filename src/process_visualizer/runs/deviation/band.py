@@ -15,7 +15,7 @@ has within 0.1 s, and beyond that by a margin: a limit times the spread of the g
    is the minimum margin.
 
 Before that, runs that are far from all others are left out (``BandLearner.outstanding``).
-``band_of_run.py`` and ``live_comparison.py`` widen a band for what they judge.
+``good_runs.py`` and ``live_comparison.py`` widen a band for what they judge.
 """
 from __future__ import annotations
 

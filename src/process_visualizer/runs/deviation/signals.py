@@ -9,7 +9,6 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.runs.alignment.time_map import TimeMap
-from process_visualizer.runs.holes import motion_gaps_s
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 from process_visualizer.runs.series import (
     ROUGH_S,
@@ -19,6 +18,7 @@ from process_visualizer.runs.series import (
     is_sequence,
     known_at,
     mean_of_last,
+    motion_gaps_s,
     moving_maximum,
     moving_mean,
     period_s,
@@ -228,7 +228,7 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
     """
     found = np.zeros(len(times_s), bool)
     for moments_s, whole in ((times_s, reference), (run_s, run)):
-        near = [_near_gaps(moments_s, it.times_s, gaps) for it, gaps in zip(
+        near = [near_gaps(moments_s, it.times_s, gaps) for it, gaps in zip(
             (it for it in whole.motions if len(it.times_s)), motion_gaps_s(whole))]
         if near:
             found |= np.logical_and.reduce(near)
@@ -239,7 +239,7 @@ def unknown_moments(reference: Run, run: Run, times_s: np.ndarray,
     return found
 
 
-def _near_gaps(moments_s: np.ndarray, times_s: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+def near_gaps(moments_s: np.ndarray, times_s: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """Return which moments (m,) lie in one of the gaps (k, 2) of a series, or near one (bool)."""
     if not len(gaps):
         return np.zeros(len(moments_s), bool)

@@ -48,14 +48,17 @@ def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
         raise NoCycle(f'{whole.name} contains no complete run: ' + (
             f'"{missing}" does not occur' if missing is not None
             else f'no "{span.end}" follows a "{span.begin}"'))
-    return tuple(_run(whole, span, cycle, f'{whole.name}#{number}')
+    return tuple(_run(whole, span, cycle, f'{whole.name}#{number}',
+                      min((it for it in begins if it > cycle.begin_s), default=whole.duration_s))
                  for number, cycle in enumerate(found, start=1))
 
 
-def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
-    after_s = 0.0 if cycle.is_broken_off else span.after_s
+def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str, next_s: float) -> Run:
+    """Return a cycle with its margins; a broken-off one ends before those of the next cycle."""
+    end_s = max(min(cycle.end_s, next_s - span.before_s), cycle.begin_s) \
+        if cycle.is_broken_off else cycle.end_s + span.after_s
     part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
-                   min(cycle.end_s + after_s, whole.duration_s), name)
+                   min(end_s, whole.duration_s), name)
     group, place = (((what, _usual_value(part, what, cycle)),) if what else ()
                     for what in (span.group, span.place))
     return part._replace(is_broken_off=cycle.is_broken_off, group=group, place=place)
