@@ -12,9 +12,10 @@ import numpy as np
 
 SILENCE_S = 1.0
 """Minimum duration of a silence [s]."""
-UNSURE_S = 0.1
-"""Time after a silence or a bunch [s] in which messages may still be delayed ones."""
-_SILENCE_NS, _UNSURE_NS = int(1e9 * SILENCE_S), int(1e9 * UNSURE_S)
+UNSURE_S, _MAX_UNSURE_S, _UNSURE_SHARE = 0.1, 0.5, 0.1
+"""Time after a silence or a bunch [s] in which messages may still be delayed ones: a share of the
+silence, within limits. Whoever reads many delayed messages on a busy computer has pauses, too."""
+_SILENCE_NS = int(1e9 * SILENCE_S)
 _SILENCE_PERIODS = 5.0
 _MAX_PERIOD_NS = 200_000_000
 """Maximum period of a checked topic; slower ones are often sent on change, after any silence."""
@@ -42,6 +43,7 @@ class LateArrivals:
         self._intervals = np.empty(0)
         self._silence_end_ns: Optional[int] = None
         self._unsure_ns = 0
+        self._wait_ns = 0  # from a bunch to messages that are certain
         self._since = np.empty(0, np.int64)  # when the last messages after a silence arrived
 
     def find(self, times_ns: np.ndarray) -> np.ndarray:
@@ -66,7 +68,9 @@ class LateArrivals:
             lasted_ns = begin_ns - passed[0] - self._begun_ns  # shorter if it comes in bursts
             if 0.0 < usual <= _MAX_PERIOD_NS and lasted_ns >= _SILENCE_NS:
                 self._silence_end_ns, self._since = begin_ns, np.empty(0, np.int64)
-                self._unsure_ns = begin_ns + _UNSURE_NS
+                self._wait_ns = int(1e9 * min(max(UNSURE_S, 1e-9 * _UNSURE_SHARE * passed[0]),
+                                              _MAX_UNSURE_S))
+                self._unsure_ns = begin_ns + self._wait_ns
             self._begun_ns = begin_ns
         if self._silence_end_ns is not None:
             self._follow_bunch(times_ns, self._silence_end_ns, usual)
@@ -93,7 +97,7 @@ class LateArrivals:
             since - silence_end_ns <= _CATCHES_UP_NS)
         for time_ns in since[fast].tolist():
             if time_ns < self._unsure_ns:
-                self._unsure_ns = time_ns + _UNSURE_NS
+                self._unsure_ns = time_ns + self._wait_ns
         if since[-1] >= self._unsure_ns:
             self._silence_end_ns = None
         self._since = since[-_WINDOW - 1:]

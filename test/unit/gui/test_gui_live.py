@@ -268,6 +268,25 @@ def test_a_recorder_that_has_ended_is_not_said_to_go_on_by_itself(stand: Stand) 
     assert stand.panel.state.text() == ''
 
 
+def test_a_moved_device_keeps_its_curves(stand: Stand, tmp_path: Path) -> None:
+    """To save a calibration cleared them, as the configuration is another one then."""
+    stand.come(stand.parts[0])
+    before = stand.model.window
+    text = (tmp_path / 'cell.xml').read_text(encoding='utf-8')
+
+    def change(old: str, new: str) -> None:
+        other = tmp_path / 'saved.xml'
+        other.write_text('\n' + text.replace(old, new), encoding='utf-8')
+        cell = XmlParser().parse(str(other))
+        open_cell(stand.session, cell)
+        run(stand.session, Mode.REALTIME)
+
+    change('xyz="1 0 0"', 'xyz="1.02 0 0"')
+    assert stand.model.window is before is not None
+    change('label="feed"', 'label="rate"')
+    assert stand.model.window is None
+
+
 def test_an_end_leaves_the_last_picture_and_a_launch_begins_anew(stand: Stand) -> None:
     stand.come(stand.parts[0])
     run(stand.session, None)

@@ -66,3 +66,35 @@ def test_a_run_that_was_broken_off_has_nothing_of_the_next_one() -> None:
     runs = cut_into_runs(whole, RunSpan('begins', 'ends', 4.0, 2.0, Location('cell.xml', 1)))
     assert [(it.begin_s, it.begin_s + it.duration_s, it.is_broken_off) for it in runs] == [
         (1.0, 17.0, False), (21.0, 28.0, True), (28.0, 44.0, False), (41.0, 53.0, True)]
+
+
+def test_a_run_whose_end_came_while_all_data_was_missing_is_broken_off() -> None:
+    """A driver that began anew was "489 mm ahead" in the run that it had not ended."""
+    def whole(*seen_s: float) -> Run:
+        times_s = np.arange(0.0, 80.0, 0.02)
+        hole = (times_s > seen_s[0]) & (times_s < seen_s[1])
+        feed = Channel('machine', 'feed', '', ChannelKind.VARIABLE, times_s[~hole],
+                       np.ones(np.count_nonzero(~hole)))
+        return Run('shift.bag', 80.0, (feed,), events=tuple(
+            RunEvent(name, at_s) for name, at_s in (
+                ('begins', 5.0), ('ends', 15.0), ('begins', 25.0), ('ends', 35.0), ('begins', 45.0),
+                ('ends', 55.0), ('begins', 65.0), ('ends', 75.0))
+            if not (seen_s[0] < at_s < seen_s[1] and name == 'begins')))
+
+    span = RunSpan('begins', 'ends', 1.0, 1.0, Location('cell.xml', 1))
+
+    def ends_s(*seen_s: float) -> 'list[tuple[float, bool]]':
+        return [(round(it.begin_s + it.duration_s, 1), it.is_broken_off)
+                for it in cut_into_runs(whole(*seen_s), span)]
+
+    good = [(16.0, False), (36.0, False), (56.0, False), (76.0, False)]
+    assert ends_s(50.0, 53.0) == good, 'the rest of a run after a hole counts'
+    assert ends_s(52.0, 58.0) == [*good[:2], (52.0, True), good[3]]
+    without = whole(50.0, 50.5)
+    without = without._replace(events=tuple(it for it in without.events if it.time_s not in (
+        35.0, 45.0)))
+    assert [it.is_broken_off for it in cut_into_runs(without, span)] == [False] * 3
+    hidden = whole(30.0, 46.0)
+    hidden = hidden._replace(events=tuple(it for it in hidden.events if it.time_s != 35.0))
+    assert [(round(it.begin_s + it.duration_s, 1), it.is_broken_off)
+            for it in cut_into_runs(hidden, span)] == [(16.0, False), (30.0, True), (76.0, False)]

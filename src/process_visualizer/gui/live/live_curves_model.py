@@ -143,8 +143,8 @@ class LiveCurvesModel(QObject):
         return _ENDED if self._has_ended else _SILENT if self._is_silent else ''
 
     def _follow_devices(self, devices: Tuple[Device, ...]) -> None:
-        if devices != self._devices:
-            self._devices = devices
+        before, self._devices = self._devices, devices
+        if _determinants(devices) != _determinants(before):
             self._begin_anew()
 
     def _follow_run(self) -> None:
@@ -293,3 +293,11 @@ class LiveCurvesModel(QObject):
     @property
     def _is_wanted(self) -> bool:
         return self._is_running and (self._is_shown or self._is_judged)
+
+
+def _determinants(devices: Tuple[Device, ...]) -> Tuple[object, ...]:
+    """Return what determines the curves of devices: the place of a device in the cell does not."""
+    return curve_sources(devices), *(
+        (it.name, it.tool and (it.tool.frame, it.tool.pose),
+         [(topic.name, topic.function, topic.message_type) for topic in it.topics])
+        for it in devices)

@@ -18,6 +18,8 @@ from process_visualizer.runs.alignment.displacement import displacement
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.comparison.comparison import (
     Comparison,
+    Missing,
+    Unjudged,
     unjudged,
 )
 from process_visualizer.runs.deviation.band import (
@@ -252,7 +254,9 @@ class GoodRuns:
             own = None
         columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
+        missing = unjudged(self.reference, run, alignment, columns, band)
         band = _band_of_run(band, alignment, columns, self.reference, self.times_s)
+        band = _less_sure_near_gaps(band, missing, run, alignment, self.times_s)
         steep = _steep_rows(self.reference, self.times_s)
         stuck = () if own is not None else tuple(self._stuck.departures(run, alignment.time_map))
         left = [it for it in departures(self.times_s, columns, band)
@@ -263,8 +267,7 @@ class GoodRuns:
                        alignment.time_map.to_run)
         found = tuple(with_frequency(it, run, alignment, float(self.times_s[-1])) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
-        return Comparison(run, alignment, columns, band, found, tuple(notes),
-                          unjudged(self.reference, run, alignment, columns, band))
+        return Comparison(run, alignment, columns, band, found, tuple(notes), missing)
 
     def _state_departures(self, run: Run, alignment: Alignment,
                           own: Optional[int]) -> Iterator[Departure]:
@@ -530,6 +533,8 @@ _EDGED = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.NO
 _EDGE_S, _MIN_WAIT_S = EDGE_ROWS / RATE_HZ, 0.1
 _AROUND_ROWS, _MIN_SPEED_M_S = int(0.5 * RATE_HZ), 0.005
 _BY_STATES_S = 0.08
+_NEAR_MISSING_S, _LESS_SURE = 0.4, 2.0
+"""Time beside missing data [s] in which a band is wider, and how many times."""
 
 
 def _band_of_run(band: Band, alignment: Alignment, columns: Columns, reference: Run,
@@ -619,6 +624,30 @@ def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.
     limits = band.signals[_TIME_LOST]
     wider = limits._replace(half_width=limits.half_width + unsure_s)
     return band._replace(signals={**band.signals, _TIME_LOST: wider})
+
+
+def _less_sure_near_gaps(band: Band, missing: Sequence[Unjudged], run: Run, alignment: Alignment,
+                         times_s: np.ndarray) -> Band:
+    """Return the band for a run that lacks data: beside these, values are less certain.
+
+    Where messages are lost or late, their neighbors were often delayed, too, though less: those of
+    the same signal, and if half of the devices lack data, those of all signals.
+    """
+    recording_s = run.begin_s + alignment.time_map.to_run(times_s)
+
+    def near(stretches: Iterable[Unjudged]) -> np.ndarray:
+        ends_s = {(it.begin_s, it.end_s) for it in stretches if it.why is not Missing.SELDOM}
+        return inside(recording_s, np.array(sorted(ends_s)).reshape(-1, 2), _NEAR_MISSING_S)
+
+    devices = {it.device for it in band.signals} - {''}
+    lack = np.array([near(it for it in missing if it.signal.device == name) for name in devices])
+    of_all = lack.mean(axis=0) >= 0.5 if len(lack) else np.zeros(len(times_s), bool)
+    found = {}
+    for signal, limits in band.signals.items():
+        is_near = of_all | near(it for it in missing if it.signal == signal)
+        found[signal] = limits._replace(
+            half_width=np.where(is_near, _LESS_SURE, 1.0) * limits.half_width)
+    return band._replace(signals=found)
 
 
 def _holding(limits: SignalBand, values: Sequence[np.ndarray]) -> SignalBand:

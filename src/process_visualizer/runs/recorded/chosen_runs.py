@@ -20,6 +20,13 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.runs.event import Cycle, cycles
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Run, part_of
+from process_visualizer.runs.series import holes_s_of
+
+_ENDED_S = 1.0
+"""Time without any data [s] after which a run that was broken off has ended."""
+
+_MUCH_LONGER = 1.5
+"""Duration of a cycle, in usual ones, from which on a hole may hide its end."""
 
 # The runs of a recording: its cycles, as the configuration defines a run.
 
@@ -50,7 +57,21 @@ def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
             else f'no "{span.end}" follows a "{span.begin}"'))
     return tuple(_run(whole, span, cycle, f'{whole.name}#{number}',
                       min((it for it in begins if it > cycle.begin_s), default=whole.duration_s))
-                 for number, cycle in enumerate(found, start=1))
+                 for number, cycle in enumerate(_seen_to_the_end(found, whole), start=1))
+
+
+def _seen_to_the_end(found: Sequence[Cycle], whole: Run) -> List[Cycle]:
+    """Return cycles; those whose end was not seen, as all data was missing, are broken off.
+
+    A driver that begins anew is not in the cycle any more, and one that is much longer than usual
+    has the end of the next one.
+    """
+    usual_s = float(np.median([it.end_s - it.begin_s for it in found]))
+    long = [it for it in holes_s_of(whole).tolist() if it[1] - it[0] > _ENDED_S]
+    return [it._replace(is_broken_off=it.is_broken_off or any(
+        begin_s > it.begin_s and (begin_s < it.end_s <= end_s or (
+            begin_s < it.end_s and it.end_s - it.begin_s > _MUCH_LONGER * usual_s))
+        for begin_s, end_s in long)) for it in found]
 
 
 def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str, next_s: float) -> Run:
@@ -59,9 +80,18 @@ def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str, next_s: float) -> R
         if cycle.is_broken_off else cycle.end_s + span.after_s
     part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
                    min(end_s, whole.duration_s), name)
+    if cycle.is_broken_off:
+        part = _with_data(part, cycle.begin_s - part.begin_s)
     group, place = (((what, _usual_value(part, what, cycle)),) if what else ()
                     for what in (span.group, span.place))
     return part._replace(is_broken_off=cycle.is_broken_off, group=group, place=place)
+
+
+def _with_data(run: Run, since_s: float) -> Run:
+    """Return a run up to the first long hole in all data after a time [s], which hides the rest."""
+    holes_s = [begin_s for begin_s, end_s in holes_s_of(run).tolist()
+               if begin_s > since_s and end_s - begin_s > _ENDED_S]
+    return part_of(run, 0.0, min(holes_s), run.name) if holes_s else run
 
 
 def _usual_value(run: Run, what: str, cycle: Cycle) -> Optional[float]:
