@@ -269,6 +269,7 @@ RecorderState Intake::state() const {
   state.rate = board_.byteRate();
   state.recent = recent_.ageOfOldestUnrecorded(state.stamp);
   state.recent_bytes = recent_.bytes();
+  state.remembered = recent_.age();
   state.problems = problems_.texts();
   state.problem_count = problems_.count();
   state.time_left = -1;

@@ -108,6 +108,8 @@ class BagRecorderTest(unittest.TestCase):
             self.assertIsNotNone(recorder.client.wait_for(
                 lambda state: state.recent_bytes > before, TIMEOUT_S))
             path = recorder.start(name='on', recent_s=600.0)
+            self.assertIsNotNone(recorder.client.wait_for(
+                lambda state: state.recent == 0.0 < state.remembered, TIMEOUT_S))
             publisher.publish(COUNT + 1)
             recorder.client.stop()
             self.assertEqual(numbers(saved, topic), list(range(COUNT)))

@@ -139,3 +139,11 @@ def test_what_waited_while_the_recorder_was_held_up_moves_no_faster() -> None:
     assert speeds(measured_s, places)[1] == pytest.approx(0.3, abs=1e-3)
     other_clock_s = measuring_times(arrivals_s, stamps_s - 100.0)
     assert np.abs(other_clock_s - arrivals_s).max() < 10.0, 'of a clock that is wrong'
+
+
+def test_a_position_that_no_tool_can_have_does_not_set_the_scale() -> None:
+    times_s = 0.01 * np.arange(200)
+    positions = np.column_stack((0.3 * times_s, np.zeros((200, 2))))
+    positions[100, 1] = 5e29  # a damaged message
+    _, found = speeds(times_s, positions)
+    assert found == pytest.approx(0.3, rel=1e-6)

@@ -125,15 +125,23 @@ def _window_sums(columns: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.n
 WINDOW_S = 0.2
 
 
+_MAX_POSITION_M = 1e8
+"""Beyond the size of the Earth."""
+
+
 def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return times [s] (m,) and speeds [m/s] (m,), as in RecordedVelocity.
 
     A speed is the least-squares slope of positions over a window of WINDOW_S, at its mean time.
+    Positions that no tool can have are left out: a damaged message would set the scale of a curve.
 
     Args:
         times_s: (n,), ascending.
         positions: (n, 3) [m].
     """
+    is_possible = (np.abs(positions) < _MAX_POSITION_M).all(axis=1)
+    if not is_possible.all():
+        times_s, positions = times_s[is_possible], positions[is_possible]
     windows = slope_windows(times_s, positions, WINDOW_S)
     return windows.middle_s, np.sqrt((windows.slope * windows.slope).sum(axis=1))
 

@@ -291,7 +291,7 @@ def test_what_was_wrong_when_the_nodes_were_quit_is_not_over(stand: Stand) -> No
 
 
 def test_what_the_recorder_does_not_remember_is_not_offered_for_replay(stand: Stand) -> None:
-    stand.model.take_recorder(RecorderSnapshot('idle', recent_s=30.0))
+    stand.model.take_recorder(RecorderSnapshot('idle', recent_s=0.0, remembered_s=30.0))
     stand.beyond(True)  # for 2 s
     replay = stand.chips()[0].findChild(QPushButton, 'alarm_replay')
     stand.now_s += 27.0

@@ -12,7 +12,7 @@ from cycle_bags import write_bag
 from held_tasks import HeldTasks
 from playback_stand import PlaybackStand
 from PyQt5.QtCore import QObject, QPoint, QPointF, Qt, pyqtSignal
-from PyQt5.QtGui import QWheelEvent
+from PyQt5.QtGui import QColor, QWheelEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -240,6 +240,18 @@ def test_a_silent_recorder_leaves_no_old_values_as_if_they_were_present(stand: S
     assert stand.timeline.lane_texts(2).at_position == '0.05 m/s'
 
 
+def test_on_hold_a_silence_is_that_of_the_held_moment(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    key = stand.timeline.stack.lanes[2].curves[0].key
+    stand.timeline._values = {**stand.timeline._values, key: LiveValue(np.nan, 5.0)}
+    stand.model.hold(True)
+    stand.timeline._values = {**stand.timeline._values, key: LiveValue(np.nan, 5.0)}
+    stand.now_s = stand.panel._end_s() + 8.0
+    stand.panel._clock.timeout.emit()
+    assert stand.timeline.time_text(0.0, 0) == '−8 s'
+    assert stand.timeline.lane_texts(2).at_position == 'no data for 5 s'
+
+
 def test_curves_end_at_their_data_before_it_is_known_that_the_recorder_hangs(
         stand: Stand) -> None:
     stand.come(stand.parts[0])
@@ -385,6 +397,27 @@ def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
     stand.panel.replay.back.click()
     stand.replay.leave()
     assert not stand.model.is_held and timeline._replay_s is None
+
+
+@pytest.mark.parametrize(('away_s', 'x'), [(-45.0, 0.0), (12.0, 1.0)])
+def test_a_replayed_moment_beside_the_curves_has_no_line_in_them(stand: Stand, away_s: float,
+                                                                 x: float) -> None:
+    """It stood at the edge, so that the curves seemed to be those of the scene."""
+    stand.come(*stand.parts)
+    timeline, color = stand.timeline, QColor(theme().warning)
+    axis = timeline.axis
+
+    def colored(moment_s: float) -> 'tuple[bool, bool]':
+        timeline.show_replay(moment_s)
+        image = timeline.grab().toImage()
+        edge = round(axis.left + x * axis.width)
+        line = any(image.pixelColor(column, timeline.height() - 20) == color
+                   for column in range(edge - 3, edge + 3) if column < image.width())
+        return line, any(image.pixelColor(column, row) == color for row in range(19, 34)
+                         for column in range(int(axis.left), int(axis.right)))
+
+    assert colored(-timeline._duration_s if x == 0.0 else 0.0) == (True, False)
+    assert colored(away_s) == (False, True)
 
 
 def test_a_replay_goes_on_behind_the_curves_that_were_held(stand: Stand) -> None:

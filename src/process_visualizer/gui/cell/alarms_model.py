@@ -72,7 +72,7 @@ class AlarmsModel(QObject):
         states.changed.connect(self.look)
         self._timer = QTimer(self, interval=_LOOK_MS)  # some alarms begin and end by time alone
         self._timer.timeout.connect(self.look)
-        self._recent_s = 0.0  # length of the recorder's memory; 0 if unknown
+        self._remembered_s = 0.0  # length of the recorder's memory; 0 if unknown
         self._replayable: Tuple[bool, ...] = ()  # of each alarm
         launch.changed.connect(self._follow_mode)
 
@@ -97,7 +97,7 @@ class AlarmsModel(QObject):
         is_live = (running is not None and running.mode is Mode.REALTIME
                    and self._launch.phase is LaunchPhase.RUNNING)
         age_s = self._wall_s() - alarm.since_s
-        return is_live and (not self._recent_s or age_s <= self._recent_s)
+        return is_live and (not self._remembered_s or age_s <= self._remembered_s)
 
     @property
     def summary(self) -> str:
@@ -121,7 +121,7 @@ class AlarmsModel(QObject):
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """Update from the recorder."""
-        self._recent_s = recorder.recent_s
+        self._remembered_s = recorder.remembered_s
         self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
                                        recorder.lost)
         self.look()

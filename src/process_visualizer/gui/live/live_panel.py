@@ -223,7 +223,8 @@ class LivePanel(QWidget):
             self._curves.is_held or not self._curves.is_running or self._curves.is_stale)
         if stands != self._clock.isActive():
             self._clock.start() if stands else self._clock.stop()
-        self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
+        self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0,
+                               self._curves.is_held)
 
     def _state(self) -> str:
         curves = self._curves

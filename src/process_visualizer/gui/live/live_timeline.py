@@ -62,7 +62,7 @@ class LiveTimeline(LanesTimeline):
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
         self.near: Tuple[NearSpan, ...] = ()  # [s, below 0] with objects near robots
-        self._age_s = 0.0
+        self._age_s, self._is_held = 0.0, False
         self._values: Mapping[Key, LiveValue] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
         self._is_dragged = False
@@ -98,10 +98,13 @@ class LiveTimeline(LanesTimeline):
             self._replay_s = time_s
             self.update()
 
-    def show_age(self, age_s: float) -> None:
-        """Set how long ago the right end was [s]; above 0 while the curves do not move."""
-        if age_s != self._age_s:
-            self._age_s = age_s
+    def show_age(self, age_s: float, is_held: bool = False) -> None:
+        """Set how long ago the right end was [s]; above 0 while the curves do not move.
+
+        While they are on hold, new data may come: a silence is that of the right end.
+        """
+        if (age_s, is_held) != (self._age_s, self._is_held):
+            self._age_s, self._is_held = age_s, is_held
             self.update()
 
     @property
@@ -129,9 +132,20 @@ class LiveTimeline(LanesTimeline):
         """Draw the moment of the scene: the present at the right, or the replayed moment."""
         x, color = axis.right - 1.0, theme().accent
         if self._replay_s is not None:
-            x = axis.x(min(max(self._replay_s, -self._duration_s), 0.0))
-            color = theme().warning
+            x, color = axis.x(self._replay_s), theme().warning
+            if not -self._duration_s <= self._replay_s <= 0.0:
+                self._draw_away(painter, axis, self._replay_s)
+                return
         painter.fillRect(QRectF(round(x) - 1.0, AXIS_TOP, 3.0, bottom - AXIS_TOP), QColor(color))
+
+    def _draw_away(self, painter: QPainter, axis: TimeAxis, time_s: float) -> None:
+        """Draw at the edge how far from the shown curves the replayed moment is."""
+        is_before = time_s < 0.0
+        painter.setPen(QColor(theme().warning))
+        text = self.time_text(time_s, 1)
+        painter.drawText(QRectF(axis.left, header.TRACK_TOP - 3.0, axis.width, 16.0),
+                         (Qt.AlignLeft if is_before else Qt.AlignRight) | Qt.AlignVCenter,
+                         f'◀ scene at {text}' if is_before else f'scene at {text} ▶')
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         header.draw_groove(painter, axis)
@@ -176,7 +190,8 @@ class LiveTimeline(LanesTimeline):
                 share = min(1.0 + self._replay_s / self._duration_s, 1.0)
                 good = None if share < 0.0 else curve.good_at(share)
                 return lane_texts(curve, span, self._replayed(curve.key), at_mouse, good)
-        return lane_texts(curve, span, value, at_mouse, good, silent_s + self._age_s)
+        silent_s += 0.0 if self._is_held else self._age_s
+        return lane_texts(curve, span, value, at_mouse, good, silent_s)
 
     # The mouse
 

@@ -302,7 +302,7 @@ def _recorder(state: RecorderState) -> RecorderSnapshot:
         phase=_PHASES[state.state], files=tuple(state.files), duration_s=state.duration,
         messages=state.messages, dropped=state.dropped, lost=state.lost, bytes=state.bytes,
         rate=state.rate, free_bytes=state.free_bytes, time_left_s=_known(state.time_left),
-        recent_s=state.recent, problems=tuple(state.problems),
+        recent_s=state.recent, remembered_s=state.remembered, problems=tuple(state.problems),
         topics=tuple(_topic(topic) for topic in state.topics), stamp_s=state.stamp.to_sec())
 
 

@@ -79,6 +79,7 @@ class RecorderSnapshot(NamedTuple):
     free_bytes: int = 0
     time_left_s: Optional[float] = None
     recent_s: float = 0.0
+    remembered_s: float = 0.0
     problems: Tuple[str, ...] = ()
     topics: Tuple[TopicSnapshot, ...] = ()
     stamp_s: float = 0.0
