@@ -141,6 +141,10 @@ def test_moments_at_which_the_motion_was_late_are_not_judged(learned: LiveCompar
     assert len(found()) == len(found(even_s, even_s)) == 1
     assert len(found(even_s, late_s)) == 1, 'the other robot shows the moment'
     assert not found(late_s, late_s) and not found(late_s)
+    began_anew_s = even_s[(even_s < EPOCH_S + 3.0) | (even_s > EPOCH_S + 4.5)]
+    assert not found(began_anew_s), 'until it is found where the process is'
+    assert len(found(even_s[(even_s < EPOCH_S + 3.0) | (even_s > EPOCH_S + 3.6)])) == 1
+    assert not found(even_s[even_s < EPOCH_S + 6.0]), 'the motion is still missing'
 
 
 def test_a_robot_that_was_restarted_is_judged_when_it_moves(learned: LiveComparison) -> None:

@@ -64,6 +64,8 @@ _MAX_BANDS_TEXT = 200_000
 _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
+_FOUND_AGAIN_S = 2.5
+"""Time after a long gap [s] in which it is found whether the run goes on: see LiveAlignment."""
 _MOMENT = 'anything'
 """What is not judged while the moment in the reference is unknown."""
 _MIN_PACE = 0.5
@@ -136,11 +138,18 @@ class LiveComparison:
                 motions_s: Sequence[np.ndarray]) -> np.ndarray:
         """Return moments of the reference (n,), NaN where those of the run are uncertain.
 
-        They are near gaps in the motion of all tools, and where its messages came late. Each of
+        They are near gaps in the motion of all tools, and where its messages came late. After a
+        long gap the process may have begun anew, which is found only when it has moved. Each of
         ``motions_s`` (m,) is when a tool's positions were measured; the rest is as for
         ``departures``.
         """
-        near = [near_gaps(times_s, it, data_gaps(it)) for it in motions_s if len(it)]
+        near = []
+        for motion_s in motions_s:
+            if times_s[-1] - motion_s[-1] > _RESTART_S:  # the gap has not ended
+                motion_s = np.append(motion_s, times_s[-1])
+            gaps = data_gaps(motion_s)
+            after = gaps[gaps[:, 1] - gaps[:, 0] > _RESTART_S] + (0.0, _FOUND_AGAIN_S)
+            near.append(near_gaps(times_s, motion_s, gaps) | inside(times_s, after))
         return np.where(np.logical_and.reduce(near), np.nan, reference_s) if near else reference_s
 
     def lost(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> FrozenSet[Key]:
