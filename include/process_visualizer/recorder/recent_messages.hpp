@@ -86,13 +86,13 @@ class RecentMessages {
   /// Age at `now` of the oldest message that no recording has, s, at most the time for which
   /// messages are kept; 0 if none came within that time.
   double ageOfOldestUnrecorded(const ros::Time& now) const;
+  double age() const;  ///< of the oldest message, at the time of the newest, s
   std::size_t bytes() const { return bytes_; }
   bool isKept() const { return duration_ > 0; }  ///< true if messages are kept
 
  private:
   Past since(std::size_t first, const LatchedMessages& before, const ros::Time& now,
              double duration_s) const;
-  double age() const;  ///< of the oldest message, at the time of the newest, s
   std::size_t unrecorded() const;
 
   double duration_;

@@ -41,6 +41,15 @@ def test_where_the_pace_was_not_judged_is_a_sentence() -> None:
         'more (data missing or late)']
 
 
+def test_signals_that_lack_the_same_data_are_one_sentence() -> None:
+    found = SimpleNamespace(unjudged=tuple(
+        Unjudged(Signal('arm', f'joint {it}', 'rad', SignalKind.JOINT), 1.0, 1.5)
+        for it in range(6)))
+    assert unjudged_texts(found) == [  # type: ignore[arg-type]
+        'not judged: arm joint 0, arm joint 1, arm joint 2, arm joint 3 and 2 more from 0:01.00 to '
+        '0:01.50 (data missing or late)']
+
+
 def test_where_the_motion_lacks_data_one_sentence_says_so_for_all_signals() -> None:
     force, current, flow = (Signal('arm', it, '', SignalKind.VARIABLE)
                             for it in ('force', 'current', 'flow'))

@@ -21,6 +21,7 @@ from process_visualizer.runs.deviation.signals import (
 _NEAR_EVENT_S, _MAX_UNCERTAINTY_S = 60.0, 0.5
 """Maximum age of the event that dates a moment, and maximum uncertainty of one time [s]: above it,
 the text names two times."""
+_MAX_NAMES = 4
 _SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
           'tool sideways': ('to the left of its path', 'to the right of its path'),
           'tool up': ('above its path', 'below its path')}
@@ -69,9 +70,9 @@ def _between(comparison: Comparison, departure: Departure) -> str:
 
 
 def unjudged_texts(comparison: Comparison) -> List[str]:
-    """Return sentences about what is not judged, one for each signal that lacks data somewhere.
+    """Return sentences about what is not judged, one for all signals that lack the same data.
 
-    Where the motion lacks data, nothing is judged: that is one sentence for all signals.
+    Where the motion lacks data, nothing is judged.
     """
     stretches: Dict[Tuple[str, Missing], List[Tuple[float, float]]] = {}
     for it in sorted(comparison.unjudged, key=lambda it: it.begin_s):
@@ -82,17 +83,24 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
             begin_s, before_s = known.pop()
             end_s = max(end_s, before_s)
         known.append((begin_s, end_s))
-    texts = []
+    names: Dict[str, List[str]] = {}
     for (name, why), known in stretches.items():
         if why is not Missing.SELDOM:
             named = ', '.join(f'{clock_text(begin_s)} to {clock_text(end_s)}'
                               for begin_s, end_s in known[:3])
             more = f' and {len(known) - 3} more' if len(known) > 3 else ''
-            texts.append(f'not judged: {name} from {named}{more} ({why.value})')
+            names.setdefault(f'{named}{more} ({why.value})', []).append(name)
+    texts = [f'not judged: {_some(of_these)} from {when}' for when, of_these in names.items()]
     seldom = [name for name, why in stretches if why is Missing.SELDOM]
     if seldom:
         texts.append(f'not judged: {", ".join(seldom)} ({Missing.SELDOM.value})')
     return texts
+
+
+def _some(names: List[str]) -> str:
+    """Return the first names, and how many others there are."""
+    more = len(names) - _MAX_NAMES
+    return ', '.join(names[:_MAX_NAMES]) + (f' and {more} more' if more > 0 else '')
 
 
 def nearest_text(comparison: Comparison) -> str:
