@@ -28,7 +28,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float32MultiArray, String
 
-from process_visualizer.launching.ros_api import AskedMaster, process_id_at
+from process_visualizer.launching.ros_api import MasterClient, process_id_at
 from process_visualizer.launching.ros_master import RosMaster
 
 CONFIG = '''<visualizer>
@@ -171,7 +171,7 @@ class Faults:
         """Return what it has left: processes, folders, nodes of a master that still runs."""
         files = [str(it) for it in self.temporary.iterdir()]
         try:
-            state = AskedMaster('/faults').getSystemState()
+            state = MasterClient('/faults').getSystemState()
         except OSError:
             state = []
         nodes = {node for part in state for _, names in part for node in names}
@@ -188,7 +188,7 @@ class Faults:
 def process_of(node: str) -> Optional[int]:
     """Return the process id of a node that answers."""
     try:
-        return process_id_at(AskedMaster('/faults').lookupNode(node))
+        return process_id_at(MasterClient('/faults').lookupNode(node))
     except Exception:  # whatever is wrong with it, it does not answer
         return None
 

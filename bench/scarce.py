@@ -35,7 +35,7 @@ from players import OURS, playing
 from rosgraph_msgs.msg import Log
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.launching.ros_api import AskedMaster
+from process_visualizer.launching.ros_api import MasterClient
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek
@@ -232,7 +232,7 @@ def threads(bench: Bench) -> None:
 def _silent_peer(node: str) -> Optional[socket.socket]:
     """Connect to a node like a subscriber that says nothing yet: the node needs a thread for it."""
     try:
-        uri = AskedMaster('/scarce').lookupNode(node)
+        uri = MasterClient('/scarce').lookupNode(node)
         _, _, (_, host, port) = ServerProxy(uri).requestTopic('/scarce', '/rosout', [['TCPROS']])
         return socket.create_connection((host, port), 5.0)
     except (OSError, ValueError, TypeError):

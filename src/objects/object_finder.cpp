@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decides which points form one object: touching objects, occluded parts, persons and their limbs.
+// Decides which points belong to robots, and which of the others form one object.
 
 #include "process_visualizer/objects/object_finder.hpp"
 

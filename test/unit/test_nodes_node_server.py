@@ -200,7 +200,7 @@ def test_a_publisher_of_which_the_node_could_not_hear_is_asked_for(
         monkeypatch: pytest.MonkeyPatch) -> None:
     """The master reports it once, and the node had no thread to listen."""
     monkeypatch.setattr(connector_module, '_RETRY_S', 0.01)
-    monkeypatch.setattr(connector_module, 'AskedMaster', Master)
+    monkeypatch.setattr(connector_module, 'MasterClient', Master)
     monkeypatch.setattr(connector_module, 'get_topic_manager', Subscriptions)
     monkeypatch.setattr(Master, 'lost', [OSError('timed out')])
     handler: Any = Connecting([])

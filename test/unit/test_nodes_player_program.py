@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from process_visualizer.launching.ros_api import AskedMaster
+from process_visualizer.launching.ros_api import MasterClient
 from process_visualizer.player.player_program import INTERRUPTED, PRIORITY, exit_code
 
 REPORT = """
@@ -77,7 +77,7 @@ def test_errors_of_the_system_are_not_the_masters(error, capsys):
 
 
 def test_a_missing_master_is_named(capsys):
-    assert exit_code(AskedMaster('/me', 'http://localhost:1').getPid) == 1
+    assert exit_code(MasterClient('/me', 'http://localhost:1').getPid) == 1
     told = capsys.readouterr().err
     assert told.startswith('bag_player: the ROS master cannot be used: ')
     assert told.endswith('; is roscore running?\n')

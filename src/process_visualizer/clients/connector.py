@@ -12,7 +12,7 @@ import rospy
 from rosgraph.xmlrpc import XmlRpcNode
 from rospy.impl.registration import get_topic_manager
 
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, MasterClient
 from process_visualizer.shown_text import shown
 
 _RETRY_S, _LOOK_S = 0.5, 0.5
@@ -62,7 +62,7 @@ class Connector:
         time.sleep(_RETRY_S)  # more messages may be lost in the meantime
         self._is_behind = False
         try:
-            master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
+            master = MasterClient(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
             publishers = dict(master.getSystemState()[0])
             for topic, _ in get_topic_manager().get_subscriptions():
                 self.publisher_update(

@@ -14,7 +14,7 @@ import rospy
 
 from process_visualizer.launching.ros_api import (
     CONNECTION_ERRORS,
-    AskedMaster,
+    MasterClient,
     connected_by_handshake,
     publisher_address,
 )
@@ -87,7 +87,7 @@ class RemoteFollower:
                     raise
 
     def _connect(self) -> socket.socket:
-        master = AskedMaster(rospy.get_name(), self._master_uri, _TIMEOUT_S)
+        master = MasterClient(rospy.get_name(), self._master_uri, _TIMEOUT_S)
         address = publisher_address(master, self._node, self._topic, _TIMEOUT_S)
         connection, _ = connected_by_handshake(address, {
             'topic': self._topic, 'type': self._message_class._type,

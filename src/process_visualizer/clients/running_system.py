@@ -33,7 +33,7 @@ from process_visualizer.discovery.new_configuration import (
 )
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
 from process_visualizer.discovery.topic_groups import device_topics
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster, is_registered
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, MasterClient, is_registered
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
@@ -55,7 +55,7 @@ def from_system() -> NewConfiguration:
             answer.
     """
     try:
-        master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
+        master = MasterClient(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         seen, stored = look_at_system(master), running_configuration(master)
         return new_configuration(seen) if stored is None else _of_stored(stored, seen)
     except (rosgraph.MasterException, OSError) as error:
@@ -72,7 +72,7 @@ def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
         return new_configuration(replace(seen, remarks=(remark, *seen.remarks)))
 
 
-def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
+def running_configuration(master: MasterClient) -> Optional[StoredConfiguration]:
     """Return the configuration of the running cell, from its recorder, or None.
 
     Raises:
@@ -86,7 +86,7 @@ def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
         return None
 
 
-def look_at_system(master: AskedMaster, look_s: float = LOOK_S) -> Seen:
+def look_at_system(master: MasterClient, look_s: float = LOOK_S) -> Seen:
     """Return the observations of the running system; this process must be a node.
 
     Raises:
@@ -108,14 +108,14 @@ def look_at_system(master: AskedMaster, look_s: float = LOOK_S) -> Seen:
                 is_moment=True)
 
 
-def _published(master: AskedMaster) -> List[SeenTopic]:
+def _published(master: MasterClient) -> List[SeenTopic]:
     types = dict(master.getTopicTypes())
     publishers = master.getSystemState()[0]
     return [SeenTopic(name, types.get(name, ''), tuple(nodes)) for name, nodes in publishers
             if types.get(name, '*') != '*']
 
 
-def _descriptions(master: AskedMaster) -> Iterable[SeenDescription]:
+def _descriptions(master: MasterClient) -> Iterable[SeenDescription]:
     for name in sorted(master.getParamNames()):
         if name.rpartition('/')[2] == _DESCRIPTION:
             text = master.getParam(name)

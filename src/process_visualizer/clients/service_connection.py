@@ -18,7 +18,7 @@ import rospy
 from process_visualizer.launching.ros_api import (
     CONNECTION_ERRORS,
     PATIENT_TIMEOUT_S,
-    AskedMaster,
+    MasterClient,
     connected_by_handshake,
     connected_publisher,
     received,
@@ -106,8 +106,8 @@ class ServiceConnection:
             return False
         return True
 
-    def _master(self) -> AskedMaster:
-        return AskedMaster(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
+    def _master(self) -> MasterClient:
+        return MasterClient(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
 
     def _exchanged(self, data: bytes) -> bytes:
         """Return the bytes of the answer; look up a node again that has closed the connection.

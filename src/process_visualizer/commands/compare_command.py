@@ -247,7 +247,7 @@ def drift_text(drift: Drift) -> str:
 def _run(comparison: Comparison) -> Dict[str, Any]:
     run, nearest = comparison.run, comparison.nearest
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
-            'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.means.name,
+            'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.method.name,
             'is_judged': not comparison.why_not,
             'is_within': not comparison.departures and not comparison.why_not,
             'verdict': verdict(comparison), 'notes': list(comparison.notes),

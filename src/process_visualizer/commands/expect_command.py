@@ -102,7 +102,7 @@ def _listen(sensor: str) -> List[DetectedObjects]:
 
 
 def _received(messages: 'queue.Queue[DetectedObjects]') -> List[DetectedObjects]:
-    """Return the messages of a time from the first one on; an empty list if none arrives."""
+    """Return the messages that arrive within a time after the first one; none: an empty list."""
     received: List[DetectedObjects] = []
     end_s = time.monotonic() + START_S
     try:

@@ -28,7 +28,7 @@ from process_visualizer.clients.bag_recorder import (
     RecordingOptions,
 )
 from process_visualizer.generate.launch_file import recorded_topics
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, MasterClient
 from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
 from process_visualizer.ros_names import BAG_RECORDER, PACKAGE
@@ -325,7 +325,7 @@ def _subscriptions(node: str) -> List[str]:
     if not node:
         return []
     name = rosgraph.names.resolve_name(node, '/')
-    subscribers = AskedMaster('/cell_record', timeout_s=PATIENT_TIMEOUT_S).getSystemState()[1]
+    subscribers = MasterClient('/cell_record', timeout_s=PATIENT_TIMEOUT_S).getSystemState()[1]
     topics = [topic for topic, names in subscribers if name in names]
     if not topics:
         raise RecorderError(f'{name} subscribes to no topic; "rosnode list" shows the nodes')

@@ -24,7 +24,7 @@ from process_visualizer.robot.recorded_velocity import MARGIN_S, RecordedVelocit
 
 _NS_PER_S = 1_000_000_000
 _MAX_UNUSABLE = 200  # consecutive unusable messages of a topic that are examined
-_SELDOM = 3  # fewer messages around a position do not determine a joint's position
+_SELDOM = 3  # with fewer messages around a position, the angle of a joint is unknown
 
 Key = Tuple[str, str, str]
 

@@ -27,7 +27,7 @@ _FILM = 'film'
 _MOVE_S = 1.5
 """Duration in a film of a camera move from one view to the next."""
 _MAX_FRAMES = 60_000
-_MAX_WORDS = 2000  # of ffmpeg
+_MAX_ERROR_BYTES = 2000  # of the output of ffmpeg
 _ENCODERS: Dict[str, Tuple[str, ...]] = {
     '.mp4': ('-filter_complex', 'tile={0}x1', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', '-crf',
              '18', '-movflags', '+faststart', '-f', 'mp4'),
@@ -309,4 +309,4 @@ def _pipe(process: 'subprocess.Popen[bytes]') -> IO[bytes]:
 
 def _error_text(stderr_file: IO[bytes]) -> str:
     stderr_file.seek(0)
-    return stderr_file.read(_MAX_WORDS).decode('utf-8', 'replace').strip().replace('\n', '; ')
+    return stderr_file.read(_MAX_ERROR_BYTES).decode('utf-8', 'replace').strip().replace('\n', '; ')

@@ -95,7 +95,7 @@ class Session(QObject):
 
     @property
     def awaits_apply(self) -> bool:
-        """Return whether the running nodes are those of another configuration than the open one."""
+        """Return whether the nodes were started from another configuration than the open one."""
         return (self.running is not None and self.cell is not None
                 and self.running.cell.file != self.cell.file)
 

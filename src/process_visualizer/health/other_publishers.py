@@ -13,7 +13,7 @@ from process_visualizer.generate.launch_file import played_topics
 from process_visualizer.launching.ros_api import (
     CALLER_ID,
     PATIENT_TIMEOUT_S,
-    AskedMaster,
+    MasterClient,
     is_registered,
 )
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
@@ -114,7 +114,7 @@ class PublisherWatch:
 
 
 def _system_state() -> _SystemState:
-    state: _SystemState = AskedMaster(
+    state: _SystemState = MasterClient(
         CALLER_ID, timeout_s=PATIENT_TIMEOUT_S).getSystemState()
     return state
 

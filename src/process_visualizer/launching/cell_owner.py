@@ -17,7 +17,7 @@ from rosgraph.network import is_local_address
 from process_visualizer.launching.ros_api import (
     CALLER_ID,
     PATIENT_TIMEOUT_S,
-    AskedMaster,
+    MasterClient,
     is_registered,
     process_id_at,
 )
@@ -55,7 +55,7 @@ def cell_owner(node: str) -> Optional[CellOwner]:
     The master still knows a node that has ended without unregistering. Takes at most 6 s.
     """
     try:
-        uri = AskedMaster(CALLER_ID, timeout_s=PATIENT_TIMEOUT_S).lookupNode(f'/{node}')
+        uri = MasterClient(CALLER_ID, timeout_s=PATIENT_TIMEOUT_S).lookupNode(f'/{node}')
         pid = process_id_at(uri)
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return None

@@ -21,7 +21,7 @@ from process_visualizer.health.node_pulse import (
     Pulses,
     connecting,
 )
-from process_visualizer.launching.ros_api import CALLER_ID, AskedMaster, Master
+from process_visualizer.launching.ros_api import CALLER_ID, Master, MasterClient
 
 _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
@@ -64,7 +64,7 @@ class CellWatch:
         """
         self._refuses_s = refuses_s
         self._running, self._on_change = running, on_change
-        self._master: Master = master or AskedMaster(CALLER_ID)
+        self._master: Master = master or MasterClient(CALLER_ID)
         self._lookup = MasterLookup(self._master)
         self._pulses = Pulses(self._lookup, connect)
         self._look = CellLook()

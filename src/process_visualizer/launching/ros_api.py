@@ -131,7 +131,7 @@ class MasterUnreachable(ConnectionError):
     """No master answers in time, or the answer is not that of a master."""
 
 
-class AskedMaster:
+class MasterClient:
     """A client of this process's master, or of another one.
 
     Each method raises MasterUnreachable (an OSError) if no master answers in time, and
@@ -233,7 +233,7 @@ CONNECTION_ERRORS = (OSError, ValueError, TypeError, Error, HTTPException,
 """Exceptions that questions to a node and its master may raise."""
 
 
-def publisher_address(master: 'AskedMaster', node: str, topic: str,
+def publisher_address(master: 'MasterClient', node: str, topic: str,
                       timeout_s: float) -> Tuple[str, int]:
     """Return host and port at which a node publishes a topic.
 
@@ -346,7 +346,7 @@ def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
     parameter. ``master_uri`` is set for another master than the usual one.
     """
     try:
-        process_id_at(AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))
+        process_id_at(MasterClient(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return False
     return True
@@ -361,7 +361,7 @@ def forget_ended(names: Collection[str], master_uri: Optional[str] = None) -> Li
     """
     forgotten = []
     try:
-        state = AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).getSystemState()
+        state = MasterClient(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).getSystemState()
         known = {node for kind in state for _, nodes in kind for node in nodes}
         for name in names:
             if name in known and _is_gone(name, master_uri):
@@ -375,7 +375,7 @@ def forget_ended(names: Collection[str], master_uri: Optional[str] = None) -> Li
 def _is_gone(name: str, master_uri: Optional[str]) -> bool:
     """Return whether nothing listens at a node's address."""
     try:
-        process_id_at(AskedMaster(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))
+        process_id_at(MasterClient(CALLER_ID, master_uri, PATIENT_TIMEOUT_S).lookupNode(name))
     except ConnectionRefusedError:
         return True
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
@@ -385,7 +385,7 @@ def _is_gone(name: str, master_uri: Optional[str]) -> bool:
 
 def _forget(name: str, state: Sequence[Any], master_uri: Optional[str]) -> None:
     """Unregister everything that the master's state lists for a node."""
-    master = AskedMaster(name, master_uri, PATIENT_TIMEOUT_S)
+    master = MasterClient(name, master_uri, PATIENT_TIMEOUT_S)
     uri = master.lookupNode(name)
     publishers, subscribers, services = (
         [what for what, nodes in kind if name in nodes] for kind in state)

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.health.node_pulse import SILENT, Connect, MasterLookup, Pulses, connecting
-from process_visualizer.launching.ros_api import AskedMaster, Master
+from process_visualizer.launching.ros_api import Master, MasterClient
 from process_visualizer.nodes.common.complaints import SilentNode, SilentNodes
 from process_visualizer.nodes.common.node_handle import NodeHandle, spin_to_end, start_node
 from process_visualizer.parameters.cell_parameters import read_frames
@@ -37,7 +37,7 @@ class FramePublisher:
         """
         self._node = node
         self._silent = SilentNodes(node)
-        self._lookup = MasterLookup(master or AskedMaster(node.name))
+        self._lookup = MasterLookup(master or MasterClient(node.name))
         self._pulses = Pulses(self._lookup, connect)
         self._pulses.watch([_WATCH])
         self._tree = tree

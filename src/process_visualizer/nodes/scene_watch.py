@@ -24,7 +24,7 @@ from process_visualizer.health.node_pulse import (
     Pulses,
     connecting,
 )
-from process_visualizer.launching.ros_api import AskedMaster, Master
+from process_visualizer.launching.ros_api import Master, MasterClient
 from process_visualizer.nodes.common.complaints import Complaints, SilentNode, SilentNodes
 from process_visualizer.nodes.common.markers import RefreshRate, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle, start_node
@@ -228,4 +228,4 @@ def main() -> None:
         rospy.logfatal('%s', error)
         sys.exit(1)
     node = NodeHandle()
-    SceneWatch(node, AskedMaster(node.name), parameters).run()
+    SceneWatch(node, MasterClient(node.name), parameters).run()

@@ -25,7 +25,7 @@ import rospkg
 import rospy
 
 from process_visualizer.bagio.message_definition import Connection, installed_connection
-from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, AskedMaster, addresses_of
+from process_visualizer.launching.ros_api import PATIENT_TIMEOUT_S, MasterClient, addresses_of
 from process_visualizer.nodes.common.node_handle import spin_to_end, start_node
 from process_visualizer.nodes.viewer_link import Files, TopicFeed, ViewerLink
 from process_visualizer.remote.link_words import (
@@ -79,7 +79,7 @@ class ViewRelay:
         """
         self._listener = _listening(address, ports)
         self._view_file, self._mode = view_file, mode
-        self._master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
+        self._master = MasterClient(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         self._feed = TopicFeed()
         self._lock = threading.Lock()
         self._links: Set[ViewerLink] = set()

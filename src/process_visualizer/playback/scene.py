@@ -45,8 +45,8 @@ class Scene:
     transforms, which several nodes publish on /tf. A receiver that keeps only one message has that
     of the newest source. The scene has every message on /tf_static, because these messages add up.
 
-    A number of messages represents a time. With ``moment`` (also a number of messages), a topic
-    without a message so far has its first message if that is among the first ``moment`` messages.
+    A time is given as the number of messages before it. With ``moment``, another such number, a
+    topic without a message so far has its first one, if it is among the first ``moment`` messages.
     """
 
     def __init__(self, index: BagIndex) -> None:
@@ -441,7 +441,7 @@ class SensorTimes:
                 yield position, place
 
     def _place(self, position: int, visible: int) -> int:
-        """Return the position with which a message is passed, to make ``visible`` visible again."""
+        """Return the position where a message passed backward makes ``visible`` the newest one."""
         stamp_ns, time_ns = self._stamp_ns(visible), self._index.time_ns
         latest_ns = int(time_ns[position]) - 1
         if stamp_ns is None or stamp_ns >= latest_ns:

@@ -28,7 +28,7 @@ from process_visualizer.bagio.message_layout import Data
 from process_visualizer.health.other_publishers import Others, other_publishers
 from process_visualizer.launching.ros_api import (
     CONNECTION_ERRORS,
-    AskedMaster,
+    MasterClient,
     connected_by_handshake,
     publisher_address,
 )
@@ -337,8 +337,8 @@ def _conflict(topic: PublishedTopic, nodes: Sequence[str], others: OtherNodes) -
     return ''
 
 
-def _master() -> AskedMaster:
-    return AskedMaster(rospy.get_name(), timeout_s=_TIMEOUT_S)
+def _master() -> MasterClient:
+    return MasterClient(rospy.get_name(), timeout_s=_TIMEOUT_S)
 
 
 def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:

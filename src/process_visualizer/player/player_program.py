@@ -16,7 +16,7 @@ from process_visualizer.bagio.recording import Recording
 from process_visualizer.bagio.reindex import ReindexCanceled, copy_path, reindex
 from process_visualizer.launching.ros_api import (
     PATIENT_TIMEOUT_S,
-    AskedMaster,
+    MasterClient,
     MasterUnreachable,
 )
 from process_visualizer.nodes.common.node_handle import start_node
@@ -148,7 +148,7 @@ def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recordi
     take_long_slices()
     with opened(options, recording_type) as recording:
         # rospy would wait forever for a master.
-        AskedMaster(f'/{BAG_PLAYER}', timeout_s=PATIENT_TIMEOUT_S).getPid()
+        MasterClient(f'/{BAG_PLAYER}', timeout_s=PATIENT_TIMEOUT_S).getPid()
         start_node(BAG_PLAYER, without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))

@@ -118,8 +118,10 @@ class LinkWindow:
             self._quickest.popleft()
         if answer_s > self._patience_s:
             if now_s - self._shrunk_s > answer_s:  # once for all data in flight
-                is_thin = answer_s > _OVERDUE * self._patience_s
-                shrink = max(self._patience_s / answer_s, _MIN_SHRINK) if is_thin else _SHRINK
+                is_far_too_slow = answer_s > _OVERDUE * self._patience_s
+                shrink = _SHRINK
+                if is_far_too_slow:
+                    shrink = max(self._patience_s / answer_s, _MIN_SHRINK)
                 self._window = max(self._least_bytes, self._window * shrink)
                 self._shrunk_s = now_s
         elif was_full:

@@ -14,7 +14,7 @@ SILENCE_S = 1.0
 """Minimum duration of a silence [s]."""
 UNSURE_S, _MAX_UNSURE_S, _UNSURE_SHARE = 0.1, 0.5, 0.1
 """Time after a silence or a bunch [s] in which messages may still be delayed ones: a share of the
-silence, within limits. Whoever reads many delayed messages on a busy computer has pauses, too."""
+silence, within limits. On a busy computer, the reader of many delayed messages pauses, too."""
 _SILENCE_NS = int(1e9 * SILENCE_S)
 _SILENCE_PERIODS = 5.0
 _MAX_PERIOD_NS = 200_000_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decides when an event occurs: a number passes a threshold; and which cycles events form."""
+"""Decides when an event occurs: a number passes a threshold; pairs begins with ends."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Sequence, Tuple

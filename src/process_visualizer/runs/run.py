@@ -177,7 +177,7 @@ def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
 def _cut_channel(channel: Channel, begin_s: float, end_s: float) -> Channel:
     """Cut a channel; if it is rarely sent, keep the value that holds at the start as well.
 
-    This is for channels that are sent only when they change; a measurement has its first value
+    This is for channels that are sent only when they change; of a measurement, nothing is known
     before its first message.
     """
     rows = _rows(channel.times_s, begin_s, end_s)

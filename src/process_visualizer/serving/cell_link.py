@@ -23,8 +23,8 @@ from process_visualizer.health.node_warnings import Severity
 from process_visualizer.launching.ros_api import (
     CONNECTION_ERRORS,
     PATIENT_TIMEOUT_S,
-    AskedMaster,
     LimitedTransport,
+    MasterClient,
     is_registered,
 )
 from process_visualizer.msg import DetectedObjects, PlayerState, RecorderState
@@ -83,7 +83,7 @@ class CellLink:
         self._live, self._clock = live, clock
         self._curves = LiveCurves(devices)
         self._memory = RecorderMemory()
-        self._master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
+        self._master = MasterClient(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         self._ended = threading.Event()
         self._is_unknown = False  # to the master, wholly or partly
         self._shift_s: Optional[float] = None
@@ -223,7 +223,7 @@ class CellLink:
     def _register_again(self) -> bool:
         """Register the node with a master that was started after it; return whether all is done.
 
-        After a part of it, the master already knows the node.
+        If that failed halfway, the master already knows the node.
         """
         own = rospy.get_node_uri()
         try:

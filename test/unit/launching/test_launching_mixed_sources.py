@@ -49,7 +49,7 @@ class Master:
 @pytest.fixture
 def master(monkeypatch: pytest.MonkeyPatch) -> Master:
     found = Master()
-    monkeypatch.setattr(module, 'AskedMaster', lambda *_, **__: found)
+    monkeypatch.setattr(module, 'MasterClient', lambda *_, **__: found)
     monkeypatch.setattr(module, 'is_registered', lambda node: node != '/killed_driver')
     return found
 

@@ -34,7 +34,7 @@ def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         def getSystemState(self) -> List[Any]:
             return [STATE['publishers'], [], STATE['services']]
 
-    monkeypatch.setattr(module, 'AskedMaster', Master)
+    monkeypatch.setattr(module, 'MasterClient', Master)
     monkeypatch.setattr(module, 'is_registered', lambda node: node != '/dead')
     yield
 

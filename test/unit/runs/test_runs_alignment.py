@@ -19,7 +19,7 @@ MOVING_S = np.concatenate((np.arange(1.5, 4.5, 0.05), np.arange(6.5, 8.5, 0.05))
 
 def errors_s(reference: Run, run: Run, speed: float, start_s: float) -> np.ndarray:
     found = aligned(reference, run)
-    assert found.means is AlignmentMethod.MOTION
+    assert found.method is AlignmentMethod.MOTION
     return np.abs(found.time_map.to_run(2.0 + MOVING_S) - (start_s + speed * MOVING_S))
 
 
@@ -118,13 +118,13 @@ def test_events_that_contradict_the_motion_do_not_bend_it() -> None:
 
 def test_without_motion_events_decide() -> None:
     found = aligned(made_run(has_motion=False), made_run(1, 1.1, 4.0, has_motion=False))
-    assert found.means is AlignmentMethod.EVENTS
+    assert found.method is AlignmentMethod.EVENTS
     np.testing.assert_allclose(found.time_map.to_run(np.array([3.0, 8.0])), [5.1, 10.6], atol=1e-9)
 
 
 def test_without_motion_and_events_the_begin_decides() -> None:
     found = aligned(made_run(has_motion=False, events=()), made_run(1, has_motion=False, events=()))
-    assert found.means is AlignmentMethod.BEGIN
+    assert found.method is AlignmentMethod.BEGIN
     np.testing.assert_allclose(found.time_map.to_run(np.array([3.0])), [3.0])
 
 

@@ -59,7 +59,7 @@ def test_an_anchor_where_the_motion_has_it_changes_nothing() -> None:
     reference, run = made_run(), made_run(1, 1.05, 4.0)
     times_s = np.concatenate((np.arange(3.5, 6.5, 0.05), np.arange(8.5, 10.5, 0.05)))
     found = aligned_at(reference, run, [Anchor(7.5, 4.0 + 1.05 * 5.5)])
-    assert found.means is AlignmentMethod.MOTION
+    assert found.method is AlignmentMethod.MOTION
     plain = aligned(reference, run).time_map
     assert np.abs(found.time_map.to_run(times_s) - plain.to_run(times_s)).max() < 0.02
 
@@ -67,7 +67,7 @@ def test_an_anchor_where_the_motion_has_it_changes_nothing() -> None:
 def test_without_motion_an_anchor_is_a_shift() -> None:
     reference, run = (made_run(seed, has_motion=False, events=()) for seed in (0, 1))
     found = aligned_at(reference, run, [Anchor(3.0, 5.0)])
-    assert found.means is AlignmentMethod.ANCHORS
+    assert found.method is AlignmentMethod.ANCHORS
     np.testing.assert_allclose(found.time_map.to_run(np.array([1.0, 8.0])), [3.0, 10.0])
 
 

@@ -97,9 +97,9 @@ def test_two_good_runs_that_agree_by_chance_do_not_make_the_band_narrower() -> N
 
 def test_a_good_run_that_is_none_is_told() -> None:
     good = good_runs(22)
-    assert BandLearner(good).outstanding() == ()
+    assert BandLearner(good).outliers() == ()
     good[3] = {**good[3], FEED: good[3][FEED] + 0.1}
-    assert BandLearner(good).outstanding() == ((3, FEED),)
+    assert BandLearner(good).outliers() == ((3, FEED),)
 
 
 def test_the_tolerance_is_the_configurations_or_a_share_of_the_range() -> None:
@@ -124,7 +124,7 @@ def test_two_of_ten_good_runs_that_are_none_are_told_also_if_they_agree() -> Non
     good = good_runs(10)
     for row in (3, 7):
         good[row] = {**good[row], FEED: good[row][FEED] + 0.1}
-    assert sorted(row for row, _ in BandLearner(good).outstanding()) == [3, 7]
+    assert sorted(row for row, _ in BandLearner(good).outliers()) == [3, 7]
 
 
 def test_a_tolerance_is_one_of_time_too() -> None:

@@ -81,7 +81,7 @@ def test_a_short_piece_of_motion_is_aligned_as_well() -> None:
     run = stepped([(30, 0.6, LEFT)], has_states=False)
     slower = stepped([(30, 0.75, LEFT)], has_states=False)
     found = aligned_at(run, slower, ())
-    assert found.means is AlignmentMethod.MOTION
+    assert found.method is AlignmentMethod.MOTION
     assert found.time_map.to_run(np.array([0.3])) == pytest.approx([0.375], abs=0.01)
 
 
@@ -119,7 +119,7 @@ def test_the_way_to_another_place_is_aligned_by_states() -> None:
     good = GoodRuns(to_place(0.0, 0.0), [to_place(1.0, 0.1), to_place(2.0, 0.2),
                                          to_place(3.0, 0.3)])
     found = good.compare(to_place(4.0, 0.4))
-    assert found.alignment.means is AlignmentMethod.STATES
+    assert found.alignment.method is AlignmentMethod.STATES
     assert not found.departures
     slow = good.compare(to_place(5.0, 0.4, 1.3)).departures
     assert slow[0].signal.label == 'pace'

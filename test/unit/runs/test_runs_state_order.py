@@ -37,7 +37,7 @@ def test_two_of_ten_good_runs_with_another_order_are_none(good: int, bad: int,
     """More runs that agree are a variant of the process."""
     wrong = States((10.0, 99.0, 50.0), (0.0, 2.0, 4.0))
     order = StateOrder([*[GOOD] * good, *[wrong] * bad], {})
-    assert order.outstanding() == ({row: '99 instead of 40' for row in range(good, good + bad)}
+    assert order.outliers() == ({row: '99 instead of 40' for row in range(good, good + bad)}
                                    if is_told else {})
 
 

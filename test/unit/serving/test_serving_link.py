@@ -30,13 +30,13 @@ class Master:
         pass
 
     def getPid(self) -> int:  # noqa: N802
-        """See AskedMaster."""
+        """See MasterClient."""
         if not self.is_one:
             raise rosgraph.MasterException('the answer of the master is invalid')
         return 1
 
     def lookupNode(self, _name: str) -> str:  # noqa: N802
-        """See AskedMaster."""
+        """See MasterClient."""
         if not self.topics:
             raise rosgraph.MasterException('unknown node')
         return 'http://node'
@@ -66,7 +66,7 @@ class Subscriber:
 @pytest.fixture
 def master(monkeypatch: pytest.MonkeyPatch) -> Master:
     made = Master()
-    for name in ('AskedMaster', 'ServerProxy'):
+    for name in ('MasterClient', 'ServerProxy'):
         monkeypatch.setattr(cell_link, name, made)
     monkeypatch.setattr(cell_link, 'is_registered', lambda _name: True)
     monkeypatch.setattr(cell_link, '_MASTER_S', 600.0)

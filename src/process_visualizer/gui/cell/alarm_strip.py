@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A strip of fixed size with the alarms (amber and red chips): their order, and their buttons."""
+"""A strip of fixed size with the alarms (amber and red chips) and their buttons."""
 from __future__ import annotations
 
 import time

@@ -55,6 +55,8 @@ _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
 _LAUNCH = 'The devices are compared with these runs while they run.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
+_LIVE_ONLY = ('Live, variables, forces and speeds are judged; places, timing and roughness only in '
+              'a recording.')
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
 
 
@@ -310,7 +312,7 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     hint = (f'{departure.signal.name}, {amount(departure)}\n'
             f'{began(comparison, departure)}\nClick to go there')
     for column in range(3):
-        item.setToolTip(column, plain_tip(hint))
+        item.setToolTip(column, plain_tip(f'{hint}\n{_LIVE_ONLY}'))
     return item
 
 

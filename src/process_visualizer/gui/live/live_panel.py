@@ -37,7 +37,7 @@ from process_visualizer.health.near_objects import NearSpan
 
 _ICON = QSize(18, 18)
 _STEADY = 0.1
-"""Share of a value: just after a start, nothing but noise of a steady value may be known."""
+"""Minimum span of a scale, as a share of the value: at first only its noise may be known."""
 
 
 _SLOW_S = 20

@@ -503,7 +503,7 @@ def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
 
 
 class _Line(QLineEdit):
-    """A line that signals that it is meant: it was clicked or edited."""
+    """A line that emits ``chosen`` when it is clicked or edited."""
 
     chosen = pyqtSignal()
 

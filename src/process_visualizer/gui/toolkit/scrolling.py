@@ -20,7 +20,7 @@ class StillScroll(QScrollArea):
     """Scrolls to the widget that gets the keyboard focus by the Tab key, like Qt's scroll area.
 
     Qt also moves the focus when the focused widget is disabled, such as a button that was clicked.
-    This does not scroll.
+    Then this area does not scroll.
     """
 
     def focusNextPrevChild(self, is_next: bool) -> bool:

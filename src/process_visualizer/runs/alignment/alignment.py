@@ -428,7 +428,7 @@ class Alignment(NamedTuple):
     """A map between moments of a run and of the reference, and notes on what could not be used."""
 
     time_map: TimeMap
-    means: AlignmentMethod
+    method: AlignmentMethod
     notes: Tuple[str, ...] = ()
 
 
@@ -498,7 +498,7 @@ def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment
     """
     found = _joined(reference, run, anchors, _aligned_in_parts) if anchors \
         else _aligned_in_parts(reference, run)
-    if found.means is not AlignmentMethod.MOTION:
+    if found.method is not AlignmentMethod.MOTION:
         return found
     return found._replace(time_map=_with_states(reference, run, found.time_map))
 
@@ -521,9 +521,9 @@ def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
     for begin, end in zip(corners, corners[1:]):
         found = align(part_of(reference, begin.reference_s, end.reference_s, reference.name),
                       part_of(run, begin.run_s, end.run_s, run.name))
-        is_moving |= found.means is AlignmentMethod.MOTION
+        is_moving |= found.method is AlignmentMethod.MOTION
         if (
-            found.means is not AlignmentMethod.BEGIN
+            found.method is not AlignmentMethod.BEGIN
         ):  # the beginning of a part is an anchor already, or gives no information
             points += _inside(found, begin, end)
     points.sort()
@@ -585,7 +585,7 @@ def _with_common_motion(reference: Run, run: Run, corners: List[_Pair]) -> List[
             continue
         found = aligned(part_of(reference, first[0], last[0], ''),
                         part_of(run, first[1], last[1], ''))
-        if found.means is AlignmentMethod.MOTION:
+        if found.method is AlignmentMethod.MOTION:
             inner = zip((found.time_map.reference_s + first[0]).tolist(),
                         (found.time_map.run_s + first[1]).tolist())
             points = [it for it in points if not first < it < last]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decides where in its reference a live run is, and when live runs begin and end."""
+"""Finds the moment of the reference at which the live cell is; None outside of runs."""
 from __future__ import annotations
 
 import math

@@ -210,7 +210,7 @@ class GoodRuns:
                 self._first_of_place[run.place] = run, self._aligned(run, ())
             alignment, columns = self._columns(run)
             aligned_runs.append((run, alignment.time_map))
-            self._good.append(_Good(run, fingerprint(run), columns, alignment.means,
+            self._good.append(_Good(run, fingerprint(run), columns, alignment.method,
                                     states_of(self.reference, run, alignment.time_map)))
         self._learner = BandLearner(
             [self._beside_place(_without_place(it, self.reference), it.run.place, row)
@@ -224,11 +224,11 @@ class GoodRuns:
         """Return the runs that are not good, and why; runs with other states are found first."""
         self._by_states: Dict[int, str] = {}
         for key, order in self._orders.items():
-            for row, words in order.outstanding().items():
+            for row, words in order.outliers().items():
                 self._by_states.setdefault(row, f'{" ".join(key).strip()}: {words}')
         if self._by_states:
             return self._by_states
-        return {row: signal.name for row, signal in self._learner.outstanding()}
+        return {row: signal.name for row, signal in self._learner.outliers()}
 
     def _order(self, key: Key, without: Optional[int]) -> StateOrder:
         good = [it.states[key] for row, it in enumerate(self._good)
@@ -392,8 +392,8 @@ class GoodRuns:
                                                 f' after "{last.name}"'))
         if run.is_damaged:
             notes.append(DAMAGED)
-        if alignment.means is not AlignmentMethod.MOTION:
-            notes.append(f'aligned by {alignment.means.value}: the runs have no motion in common')
+        if alignment.method is not AlignmentMethod.MOTION:
+            notes.append(f'aligned by {alignment.method.value}: the runs have no motion in common')
         elif not unknown_moments(self.reference, run, self.times_s,
                                  alignment.time_map.to_run(self.times_s)).any():
             notes += _pace(alignment)
@@ -546,7 +546,7 @@ def _band_of_run(band: Band, alignment: Alignment, columns: Columns, reference: 
         alignment, columns: of the run.
         times_s: (t,) the moments of the reference.
     """
-    if alignment.means is AlignmentMethod.STATES:
+    if alignment.method is AlignmentMethod.STATES:
         band = _wider_in_time(band, reference, times_s)
     band = _less_sure_in_waits(band, alignment, reference, times_s)
     return _less_sure_beside(band, columns, reference, times_s)

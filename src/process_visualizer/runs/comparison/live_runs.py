@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The runs of a live cell: when each began and ended, and its verdict."""
+"""Decides when live runs are over, and the verdict in their rows."""
 from __future__ import annotations
 
 import math

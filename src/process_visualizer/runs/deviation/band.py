@@ -14,7 +14,7 @@ has within 0.1 s, and beyond that by a margin: a limit times the spread of the g
 4. ``LearnedSignal._margin``: with few runs, which cannot show how much good runs vary, a tolerance
    is the minimum margin.
 
-Before that, runs that are far from all others are left out (``BandLearner.outstanding``).
+Before that, runs that are far from all others are left out (``BandLearner.outliers``).
 ``good_runs.py`` and ``live_comparison.py`` widen a band for what they judge.
 """
 from __future__ import annotations
@@ -263,7 +263,7 @@ class BandLearner:
         self._kept = np.ones(self._count, bool)
         self._left_out: List[Tuple[int, Signal]] = []
         self._most_left_out = most_of(self._count) if most_left_out is None else most_left_out
-        self._find_outstanding()
+        self._find_outliers()
         self._scores = self._scored(self._kept, robust=False)
 
     @property
@@ -271,7 +271,7 @@ class BandLearner:
         """Return the number of runs that count."""
         return int(self._kept.sum())
 
-    def outstanding(self) -> Tuple[Tuple[int, Signal], ...]:
+    def outliers(self) -> Tuple[Tuple[int, Signal], ...]:
         """Return the runs that are far from all others, and the signal in which they are.
 
         Such a run is left out: it would make the band so wide that it hides what it should show.
@@ -313,7 +313,7 @@ class BandLearner:
                 scores[row, kept] = it.scores(kept, robust)
         return scores
 
-    def _find_outstanding(self) -> None:
+    def _find_outliers(self) -> None:
         """Leave out the run that is farthest from the others, as long as that is an outlier."""
         robust = self._count >= _ENOUGH_FOR_MEDIAN
         scores = np.empty((0, 0))

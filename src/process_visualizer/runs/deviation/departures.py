@@ -34,7 +34,7 @@ _MAX_ONSET_WINDOWS = 1.25
 _WORSE = 3.84
 """Maximum error of a possible moment above that of the best fit, in variances (chi-squared)."""
 _USUALLY_ALIKE, _MAX_CORRELATION = 5.0, 0.95
-"""Usual number of rows that say no more than one, and the maximum correlation of two rows."""
+"""Usual number of rows with as much information as one, and the maximum correlation of two."""
 
 
 class Onset(NamedTuple):
@@ -51,11 +51,11 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int,
     If it was small before a stretch of unknown values that ends where the band is left, it began
     there. If most of the deviation came in one jump, the onset is the jump. Otherwise two courses
     are fitted by least squares, and the better fit gives the onset: constant and then a step, or
-    constant and then even growth. The fit starts as long before the last small deviation as the
-    deviation has grown since. If the deviation was just as steady before that, a fit that also
-    covers an equally long time before the onset shows steady growth better. A relative error steps
-    where the level of its signal does, without anything beginning there: so the same courses are
-    fitted to the deviation as a share of the level.
+    constant and then even growth. The fit covers as much time before
+    the last small deviation as has passed since. If the deviation was just as steady before that, a
+    fit that also covers an equally long time before the onset shows steady growth better. An error
+    that is a share of its signal jumps where the signal does, although nothing begins there: so the
+    same courses are fitted to the deviation as a share of the level.
 
     Args:
         times_s: (t,), even.
@@ -399,7 +399,7 @@ def outside_since(is_outside: np.ndarray) -> Optional[int]:
     Here, too, a short swing inside does not end it.
     """
     found, count = spans(is_outside), len(is_outside)
-    return next((begin for begin, end in (_for_good(found, it, count) for it in found)
+    return next((begin for begin, end in (_joined_stretches(found, it, count) for it in found)
                  if end > count - _BACK_ROWS), None)
 
 
@@ -411,7 +411,7 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     if not found:
         return None
     is_missing = np.isnan(values) & np.isfinite(limits.middle)
-    begin, end = _for_good(found, found[0], len(times_s), is_missing)
+    begin, end = _joined_stretches(found, found[0], len(times_s), is_missing)
     ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
     worst = begin + int(ratio.argmax())
     from_usual = deviation if limits.usual is None else values - limits.usual
@@ -460,7 +460,7 @@ def _usual_width(limits: SignalBand) -> np.ndarray:
     return np.where(known, narrow, np.nan)
 
 
-def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
+def _joined_stretches(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
               count: int, is_missing: Optional[np.ndarray] = None) -> Tuple[int, int]:
     """Return a stretch joined with those that follow closely, after a short swing inside.
 
@@ -478,7 +478,7 @@ def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
 
 
 def _agreed(found: Sequence[Departure]) -> List[Departure]:
-    """Return departures; if value and noise of a channel depart together, the first dates both."""
+    """Return departures; if value and noise of a channel depart together, with one onset."""
     agreed = []
     for it in found:
         twins = [other for other in found if other.channel == it.channel

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compared signals of a run on the reference's clock, all with the same times."""
+"""Signals of a run on the reference's clock, and where its moments are unknown (late data)."""
 from __future__ import annotations
 
 import math

@@ -79,7 +79,7 @@ class StateOrder:
         """Return whether good runs agree on an order; if not, only values are judged."""
         return self._count >= 0.5 * len(self._orders) or len(self._orders) < 3
 
-    def outstanding(self) -> Dict[int, str]:
+    def outliers(self) -> Dict[int, str]:
         """Return the good runs with another order than most, and the difference, if most agree."""
         alone = [row for row, it in enumerate(self._orders) if it != self._usual]
         if len(self._orders) < 4 or len(alone) > 0.25 * len(self._orders):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs as people name them: a recording, or some of its cycles, such as shift.bag#12."""
+"""Decides which parts of a recording are runs, and where they end; and their names (bag#12)."""
 from __future__ import annotations
 
 import os

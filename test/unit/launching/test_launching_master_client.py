@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 import rosgraph
 
-from process_visualizer.launching.ros_api import AskedMaster, forget_ended, process_id_at
+from process_visualizer.launching.ros_api import MasterClient, forget_ended, process_id_at
 
 
 @contextmanager
@@ -32,7 +32,7 @@ def test_what_it_answers_and_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
                 getSystemState=lambda caller: [-1, 'not now', 0],
                 setParam=lambda *values: [1, '', told.append(values) or 0]) as uri:
         monkeypatch.setenv('ROS_MASTER_URI', uri)
-        master = AskedMaster('/me')
+        master = MasterClient('/me')
         assert master.lookupNode('/a') == '/me /a'
         master.setParam('/a/seen', ['/b'])
         assert told == [('/me', '/a/seen', ['/b'])]
@@ -44,13 +44,13 @@ def test_one_that_hangs_or_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(('127.0.0.1', 0)) as server:
         monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{server.getsockname()[1]}/')
         with pytest.raises(OSError):
-            AskedMaster('/me').lookupNode('/a')
+            MasterClient('/me').lookupNode('/a')
     with pytest.raises(OSError):
-        AskedMaster('/me').getSystemState()
+        MasterClient('/me').getSystemState()
     with served(getSystemState=lambda caller: 'text') as uri:
         monkeypatch.setenv('ROS_MASTER_URI', uri)
         with pytest.raises(OSError):
-            AskedMaster('/me').getSystemState()
+            MasterClient('/me').getSystemState()
 
 
 @pytest.mark.parametrize('value', [5, {'a': 1}, 'text', [[[1]], 'a'], '\x07'])
@@ -62,7 +62,7 @@ def test_one_that_answers_nonsense(value: object, monkeypatch: pytest.MonkeyPatc
     with served(getPid=answer, getSystemState=answer, getTopicTypes=answer,
                 getParamNames=answer) as uri:
         monkeypatch.setenv('ROS_MASTER_URI', uri)
-        master = AskedMaster('/me')
+        master = MasterClient('/me')
         asked = [] if value == 5 else [master.getPid]
         asked += [] if isinstance(value, list) else [
             master.getSystemState, master.getTopicTypes, master.getParamNames]
