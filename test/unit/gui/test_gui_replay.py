@@ -180,6 +180,18 @@ def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand
     assert stand.tools.copies == 2
 
 
+def test_a_replay_is_left_for_a_moment_after_its_copy(stand: Stand) -> None:
+    """*Replay* of a new alarm showed the end of the older replay."""
+    stand.begin()
+    stand.replay.leave_for(985.0)
+    assert stand.replay.phase is ReplayPhase.SHOWN
+    stand.replay.leave_for(1010.0)
+    assert stand.replay.is_live
+    stand.replay.show(1010.0, stand.choice)
+    stand.tasks.end_all()
+    assert stand.tools.copies == 2
+
+
 def test_a_moment_of_the_last_copy_is_shown_at_once(stand: Stand) -> None:
     stand.begin()
     stand.replay.leave()

@@ -505,6 +505,7 @@ class LauncherApp(QMainWindow):
         elif action is Action.ACKNOWLEDGE:
             launcher.alarms.acknowledge(condition)
         elif action is Action.REPLAY:
+            launcher.replay.leave_for(condition.since_s or 0.0)
             launcher.live.hold(True)  # until the replay is left
             launcher.show_replay(condition.since_s or 0.0)
         else:

@@ -154,6 +154,14 @@ class ReplayModel(QObject):
         elif self._has_state:
             self.playback.seek(time_s - self._begin_s)
 
+    def leave_for(self, time_s: float) -> None:
+        """Return to the running cell if the memory was copied before a moment, or lacks it.
+
+        To show that moment, the memory has to be copied again.
+        """
+        if not (self._has_state and self._contains(time_s)):
+            self.leave()
+
     def leave(self) -> None:
         """Return to the running cell."""
         self._others.stop()
@@ -249,7 +257,10 @@ class ReplayModel(QObject):
         return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
                 and not has_died
                 and replace(choice, window=None) == replace(self._choice, window=None)
-                and self._begin_s <= time_s <= self._begin_s + self.playback.state.duration_s)
+                and self._contains(time_s))
+
+    def _contains(self, time_s: float) -> bool:
+        return self._begin_s <= time_s <= self._begin_s + self.playback.state.duration_s
 
     def _begin_again(self) -> None:
         self._phase, self._is_opening = ReplayPhase.PREPARING, False
