@@ -147,6 +147,28 @@ def test_moments_at_which_the_motion_was_late_are_not_judged(learned: LiveCompar
     assert not found(even_s[even_s < EPOCH_S + 6.0]), 'the motion is still missing'
 
 
+def test_where_a_run_is_that_is_followed_from_the_middle_is_uncertain_at_first(
+        learned: LiveComparison) -> None:
+    """A good run was out of range, as the comparison was ready 2 s before its end."""
+    times_s, values, reference_s = window(9.0, 3.0, from_s=6.3, until_s=6.7)
+
+    def found(known_from_s: float) -> int:
+        moments_s = np.where(reference_s < known_from_s, np.nan, reference_s)
+        return len(learned.passed(times_s, {KEY: values}, learned.certain(times_s, moments_s, ()),
+                                  EPOCH_S))
+
+    assert found(2.0) == 1 and found(3.5) == 1 and found(5.5) == 0
+
+
+def test_nothing_is_judged_at_the_very_end_where_robots_may_rest_already(
+        learned: LiveComparison) -> None:
+    """Good runs were below their range at the end of the motion, at 0:17.3 of 17.7 s."""
+    times_s, values, reference_s = window(12.95, 3.0, from_s=12.55)
+    assert len(learned.departures(times_s, {KEY: values}, reference_s)) == 1
+    certain_s = learned.certain(times_s, reference_s, ())
+    assert not learned.departures(times_s, {KEY: values}, certain_s)
+
+
 def test_a_robot_that_was_restarted_is_judged_when_it_moves(learned: LiveComparison) -> None:
     times_s, values, reference_s = window(9.0)
     values[(reference_s > 4.0) & (reference_s < 6.0)] = np.nan

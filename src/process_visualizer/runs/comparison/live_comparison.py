@@ -64,6 +64,10 @@ _MAX_BANDS_TEXT = 200_000
 _RESTART_S, _SETTLES_S = 1.0, 0.5
 """Silence of a channel after which its driver has probably been restarted, and time after it in
 which nothing is judged, as robots begin to move then [s]."""
+OPEN_BEGIN_S = 3.0
+"""Part of the reference that may be missing at the beginning of a run that was seen whole [s]."""
+_AT_END_S = 0.5
+"""Time before the end of the reference in which nothing is judged [s]."""
 _FOUND_AGAIN_S = 2.5
 """Time after a long gap [s] in which it is found whether the run goes on: see LiveAlignment."""
 _MOMENT = 'anything'
@@ -133,15 +137,15 @@ class LiveComparison:
                  for key in self._signals if key in values]
         return tuple(sorted((it for it in found if it is not None), key=lambda it: it.since_s))
 
-    @staticmethod
-    def certain(times_s: np.ndarray, reference_s: np.ndarray,
+    def certain(self, times_s: np.ndarray, reference_s: np.ndarray,
                 motions_s: Sequence[np.ndarray]) -> np.ndarray:
         """Return moments of the reference (n,), NaN where those of the run are uncertain.
 
         They are near gaps in the motion of all tools, and where its messages came late. After a
-        long gap the process may have begun anew, which is found only when it has moved. Each of
-        ``motions_s`` (m,) is when a tool's positions were measured; the rest is as for
-        ``departures``.
+        long gap the process may have begun anew, which is found only when it has moved; so is where
+        a run is that is followed from the middle. At the end, robots that rest may have been
+        there for some time. Each of ``motions_s`` (m,) is when a tool's positions were measured;
+        the rest is as for ``departures``.
         """
         near = []
         for motion_s in motions_s:
@@ -150,7 +154,12 @@ class LiveComparison:
             gaps = data_gaps(motion_s)
             after = gaps[gaps[:, 1] - gaps[:, 0] > _RESTART_S] + (0.0, _FOUND_AGAIN_S)
             near.append(near_gaps(times_s, motion_s, gaps) | inside(times_s, after))
-        return np.where(np.logical_and.reduce(near), np.nan, reference_s) if near else reference_s
+        unsure = _just_found(reference_s)
+        with np.errstate(invalid='ignore'):
+            unsure |= reference_s > self._times_s[-1] - _AT_END_S
+        if near:
+            unsure |= np.logical_and.reduce(near)
+        return np.where(unsure, np.nan, reference_s)
 
     def lost(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray]) -> FrozenSet[Key]:
         """Return the channels whose values are too old to say anything about now.
@@ -332,6 +341,16 @@ def _unknown_moments(reference_s: np.ndarray) -> np.ndarray:
         passed_s = reference_s[end] - reference_s[begin - 1] if is_within else -np.inf
         unknown[begin:end] = passed_s >= _MIN_PACE * (end - begin + 1) / RATE_HZ
     return unknown
+
+
+def _just_found(reference_s: np.ndarray) -> np.ndarray:
+    """Return the rows (n,) in which a run that was not seen from its beginning was just found."""
+    unknown, found = np.isnan(reference_s), np.zeros(len(reference_s), bool)
+    for begin, end in spans(unknown):
+        if end < len(found) and end - begin >= _RESTART_S * RATE_HZ \
+                and reference_s[end] > OPEN_BEGIN_S:
+            found[end:end + int(_FOUND_AGAIN_S * RATE_HZ)] = True
+    return found
 
 
 class LiveBands(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tup
 
 from process_visualizer.figures import clock_text
 from process_visualizer.runs.comparison.comparison import Missing
-from process_visualizer.runs.comparison.live_comparison import LiveDeparture
+from process_visualizer.runs.comparison.live_comparison import OPEN_BEGIN_S, LiveDeparture
 from process_visualizer.runs.comparison.wording import quantity
 
 AGAIN_S = 1.0
@@ -25,8 +25,8 @@ _SAME_RUN_S = 2.0
 """Maximum difference between the times that passed in a run and in its reference [s]."""
 _MOVED_S = 0.5
 """Minimum part of the reference that a run passes that was not seen from its beginning [s]."""
-_OPEN_BEGIN_S, _OPEN_END_S = 3.0, 0.5
-"""Parts of the reference that may be missing at the beginning and end of a whole run [s]."""
+_OPEN_END_S = 0.5
+"""Part of the reference that may be missing at the end of a whole run [s]."""
 
 
 class FinishedRun(NamedTuple):
@@ -259,7 +259,7 @@ class LiveRuns:
             return None
         if self._is_lost and not is_judged:
             return None  # nothing was seen of it
-        if run.seen_from_s > _OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
+        if run.seen_from_s > OPEN_BEGIN_S and run.reference_s - run.seen_from_s < _MOVED_S:
             return None  # robots that stand where the reference passes by
         gaps_s = sum(end_s - begin_s for begin_s, end_s in run.unwatched_s)  # named already
         texts: List[str] = [_text(it, from_s) for it, from_s in departed.values()]
@@ -268,7 +268,7 @@ class LiveRuns:
         return FinishedRun(run.began_s, run.last_s if lost is None else lost.last_s,
                            self._reference, tuple(texts), is_judged,
                            run.reference_s if is_watched and not is_whole else None,
-                           run.seen_from_s if run.seen_from_s > _OPEN_BEGIN_S else None,
+                           run.seen_from_s if run.seen_from_s > OPEN_BEGIN_S else None,
                            None if lost is None else lost.reference_s,
                            None if is_watched or is_whole else run.reference_s,
                            tuple(f'{name} for {it:.1f} s' for name, it in longest_first
