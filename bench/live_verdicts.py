@@ -116,7 +116,8 @@ def live(path: str, good: GoodRuns, runs: List[Run], late_s: float, jitter_s: fl
         if not window.curves:
             continue
         times_s, values = judged_values(window)
-        reference_s = comparison.certain(times_s, history.at(times_s), motions_s(window))
+        reference_s = comparison.certain(
+            times_s, values, history.at(times_s), motions_s(window))
         found = comparison.departures(times_s, values, reference_s)
         since_s, judged_s = judged_s, max(
             judged_s, comparison.judged_until_s(times_s, reference_s))

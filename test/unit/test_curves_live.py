@@ -328,21 +328,25 @@ def test_a_joint_that_is_sent_only_when_it_moves_is_where_it_was(tmp_path: Path)
     assert np.isfinite(speed.high).mean() > 0.8
 
 
+def robot_with_tool_poses(folder: Path) -> Tuple[Device, ...]:
+    (folder / 'arm.urdf').write_text(ARM)
+    (folder / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
+        '<base frame="base"/><topic name="tcf" type="tool_center_frame"/></device></visualizer>')
+    return XmlParser().parse(str(folder / 'cell.xml')).devices
+
+
 @pytest.mark.parametrize('step_s', [0.02, 0.1, 0.5])
 def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_path: Path,
                                                                         step_s: float) -> None:
     """Their measuring times are unknown; the tool moves evenly."""
-    (tmp_path / 'arm.urdf').write_text(ARM)
-    (tmp_path / 'cell.xml').write_text(
-        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
-        '<base frame="base"/><topic name="tcf" type="tool_center_frame"/></device></visualizer>')
     rows = []
     for time_ms in range(0, 8000, 8):
         late_ms = next((end for end in (5090, 5130, 5300, 5500) if end >= time_ms > 5000), time_ms)
         if not 5140 < time_ms < 5230:
             rows.append(Row('/tcf', late_ms, Float32MultiArray(data=[
                 3e-4 * time_ms, 0.0, 0.0, 0.0, 0.0, 0.0])))
-    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    live = LiveCurves(robot_with_tool_poses(tmp_path))
     for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), step_s):
         live.add(part)
     [speed] = live.window(8.0).curves
@@ -355,10 +359,6 @@ def test_poses_of_which_some_were_lost_while_they_came_late_have_no_speed(tmp_pa
 def test_seconds_in_which_many_poses_are_lost_do_not_change_the_period_of_the_driver(
         tmp_path: Path) -> None:
     """By those seconds alone, the driver seemed slower, and the tool faster."""
-    (tmp_path / 'arm.urdf').write_text(ARM)
-    (tmp_path / 'cell.xml').write_text(
-        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
-        '<base frame="base"/><topic name="tcf" type="tool_center_frame"/></device></visualizer>')
     rows = []
     for time_ms in range(0, 14_000, 8):
         late_ms = time_ms
@@ -368,7 +368,7 @@ def test_seconds_in_which_many_poses_are_lost_do_not_change_the_period_of_the_dr
         if late_ms or not time_ms:
             rows.append(Row('/tcf', late_ms, Float32MultiArray(data=[
                 3e-4 * time_ms, 0.0, 0.0, 0.0, 0.0, 0.0])))
-    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    live = LiveCurves(robot_with_tool_poses(tmp_path))
     for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), 0.2):
         live.add(part)
     [speed] = live.window(14.0).curves
@@ -376,6 +376,8 @@ def test_seconds_in_which_many_poses_are_lost_do_not_change_the_period_of_the_dr
     assert speed.low[known] == pytest.approx(0.3, rel=0.1)
     assert speed.high[known] == pytest.approx(0.3, rel=0.1)
     assert 0.5 < known.mean() < 0.75
+    assert live.window(1.0).curves[0].motion_s[0] == pytest.approx(13.0, abs=0.1)
+    assert live.window(14.0).curves[0].motion_s[0] < 0.1, 'a shorter window forgets nothing'
 
 
 def test_a_topic_that_changes_its_rate_is_where_it_was_recorded(tmp_path: Path) -> None:

@@ -127,13 +127,11 @@ class LiveSeries:
         self._known_s = -np.inf  # numbers up to this time have been returned
         self._arrivals_s = np.empty(0)  # of the newest messages
         self._delay_ns: Optional[int] = None  # usual delay from stamp to arrival
-        self._motion_s: Deque[np.ndarray] = deque()  # when positions were measured, in parts
+        self._motion_s = np.empty(0)  # when positions were measured
 
     def motion_s(self, since_s: float) -> np.ndarray:
         """Return when the positions were measured (m,) [s] from which speeds are known."""
-        while len(self._motion_s) > 1 and self._motion_s[0][-1] < since_s:
-            self._motion_s.popleft()
-        return np.concatenate([np.empty(0), *self._motion_s])
+        return self._motion_s[np.searchsorted(self._motion_s, since_s):]
 
     def new(self, part: RecentPart, late: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return times (m,) and finite numbers (m,) from newly arrived messages.
@@ -178,9 +176,9 @@ class LiveSeries:
             return np.empty(0), np.empty(0)
         period_s = sending_period_s(self._arrivals_s) or None
         times_s = self._measured_s(numbers, period_s) - self._source.latency_s
-        is_new = times_s > (self._motion_s[-1][-1] if self._motion_s else -np.inf)
-        if is_new.any():
-            self._motion_s.append(times_s[is_new])
+        last_s = self._motion_s[-1] if len(self._motion_s) else -np.inf
+        self._motion_s = np.concatenate((self._motion_s, times_s[times_s > last_s]))
+        self._motion_s = self.motion_s(times_s[-1] - MAX_S)
         middle_s, values = sampled(Samples(self._source, times_s, numbers.values))
         is_new = (middle_s > self._known_s) & (middle_s <= times_s[-1] - 0.45 * WINDOW_S)
         if is_new.any():

@@ -234,6 +234,8 @@ def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared
                 for row in range(panel.finished.topLevelItemCount())]
 
     assert rows() == [it.verdict for it in compared.model.finished]
+    hint = panel.finished.topLevelItem(0).toolTip(2)
+    assert 'in range' in hint and 'places, timing and roughness only in a recording' in hint
     chosen, before = panel.finished.topLevelItem(1), len(rows())
     panel.finished.setCurrentItem(chosen)
     compared.model.restore([*compared.model.settings(), compared.model.settings()[0]])

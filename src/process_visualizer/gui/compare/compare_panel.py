@@ -312,7 +312,7 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     hint = (f'{departure.signal.name}, {amount(departure)}\n'
             f'{began(comparison, departure)}\nClick to go there')
     for column in range(3):
-        item.setToolTip(column, plain_tip(f'{hint}\n{_LIVE_ONLY}'))
+        item.setToolTip(column, plain_tip(hint))
     return item
 
 
@@ -321,7 +321,8 @@ def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
     item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock_text(run.ended_s - run.began_s),
                             run.verdict])
     color_row(item, 2, 'good' if run.is_good else 'warning' if run.is_good_in_part else 'bad')
-    hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
+    hint = (f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n'
+            f'{run.verdict}\n{_LIVE_ONLY}')
     for column in range(3):
         item.setToolTip(column, plain_tip(hint))
     return item

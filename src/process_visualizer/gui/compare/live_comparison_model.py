@@ -338,7 +338,8 @@ class LiveComparisonModel(QObject):
             self._judged_s = self._now_s  # what a restart does to the values is no fault
             return
         self._values_since_s = self._values_since_s or self._now_s
-        reference_s = comparison.certain(times_s, self._history.at(times_s), motions_s(window))
+        reference_s = comparison.certain(
+            times_s, values, self._history.at(times_s), motions_s(window))
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._take_departures(comparison.departures(times_s, values, reference_s))
         lost = comparison.lost(times_s, values)

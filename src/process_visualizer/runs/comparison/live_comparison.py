@@ -137,23 +137,27 @@ class LiveComparison:
                  for key in self._signals if key in values]
         return tuple(sorted((it for it in found if it is not None), key=lambda it: it.since_s))
 
-    def certain(self, times_s: np.ndarray, reference_s: np.ndarray,
-                motions_s: Sequence[np.ndarray]) -> np.ndarray:
+    def certain(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
+                reference_s: np.ndarray, motions_s: Sequence[np.ndarray]) -> np.ndarray:
         """Return moments of the reference (n,), NaN where those of the run are uncertain.
 
         They are near gaps in the motion of all tools, and where its messages came late. After a
-        long gap the process may have begun anew, which is found only when it has moved; so is where
-        a run is that is followed from the middle. At the end, robots that rest may have been
-        there for some time. Each of ``motions_s`` (m,) is when a tool's positions were measured;
-        the rest is as for ``departures``.
+        long gap in all values the process may have begun anew, which is found only when it has
+        moved; so is where a run is that is followed from the middle. At the end, robots that rest
+        may have been there for some time. Each of ``motions_s`` (m,) is when a tool's positions
+        were measured; the rest is as for ``departures``.
         """
         near = []
+        known_s = times_s[np.any([np.isfinite(it) for it in values.values()], axis=0)]
         for motion_s in motions_s:
             if times_s[-1] - motion_s[-1] > _RESTART_S:  # the gap has not ended
                 motion_s = np.append(motion_s, times_s[-1])
             gaps = data_gaps(motion_s)
-            after = gaps[gaps[:, 1] - gaps[:, 0] > _RESTART_S] + (0.0, _FOUND_AGAIN_S)
-            near.append(near_gaps(times_s, motion_s, gaps) | inside(times_s, after))
+            after = [(begin_s, end_s + _FOUND_AGAIN_S) for begin_s, end_s in gaps
+                     if end_s - begin_s > _RESTART_S and not np.any(
+                         (known_s > begin_s + _AROUND_GAPS_S) & (known_s < end_s - _AROUND_GAPS_S))]
+            near.append(near_gaps(times_s, motion_s, gaps)
+                        | inside(times_s, np.array(after).reshape(-1, 2)))
         unsure = _just_found(reference_s)
         with np.errstate(invalid='ignore'):
             unsure |= reference_s > self._times_s[-1] - _AT_END_S
