@@ -18,6 +18,7 @@ from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.wording import amount, unjudged_texts, verdict
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
+from process_visualizer.runs.series import inside
 
 
 def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -337,6 +338,23 @@ def test_small_deviations_beside_missing_data_may_come_from_late_messages() -> N
     half = float(np.nanmedian(band.half_width))
     assert run(1.5 * half, True).departures and not run(1.5 * half, False).departures
     assert run(3.0 * half, False).departures
+
+
+def test_nothing_is_out_of_range_where_the_verdict_says_that_nothing_is_judged() -> None:
+    """A force had values in a stretch in which the moment was unknown, and left its range there."""
+    good = GoodRuns(made_run(), [made_run(seed) for seed in range(1, 5)])
+    found = made_run(77)
+    motion, = found.motions
+    rows = (motion.times_s < 6.5) | (motion.times_s > 7.05)
+    run = found._replace(motions=(motion._replace(
+        times_s=motion.times_s[rows], positions=motion.positions[rows]),))
+    compared = good.compare(run)
+    stretches = np.array([(it.begin_s, it.end_s) for it in compared.unjudged
+                          if it.why is Missing.MOTION])
+    at_s = run.begin_s + compared.alignment.time_map.to_run(good.times_s)
+    within = inside(at_s, stretches)
+    assert within.any() and all(np.isnan(values[within]).all()
+                                for values in compared.columns.values())
 
 
 @pytest.mark.parametrize('at_s', [2.9, 4.3, 5.01, 8.6, 10.2])

@@ -255,6 +255,7 @@ class GoodRuns:
         columns = self._beside_place(columns, run.place, own)
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         missing = unjudged(self.reference, run, alignment, columns, band)
+        columns = _where_moments_are_known(columns, missing, run, alignment, self.times_s)
         band = _band_of_run(band, alignment, columns, self.reference, self.times_s)
         band = _less_sure_near_gaps(band, missing, run, alignment, self.times_s)
         steep = _steep_rows(self.reference, self.times_s)
@@ -624,6 +625,18 @@ def _less_sure_beside(band: Band, columns: Columns, reference: Run, times_s: np.
     limits = band.signals[_TIME_LOST]
     wider = limits._replace(half_width=limits.half_width + unsure_s)
     return band._replace(signals={**band.signals, _TIME_LOST: wider})
+
+
+def _where_moments_are_known(columns: Columns, missing: Sequence[Unjudged], run: Run,
+                             alignment: Alignment, times_s: np.ndarray) -> Columns:
+    """Return the columns, unknown where the moment is, even if a single signal has values there."""
+    ends_s = {(it.begin_s, it.end_s) for it in missing if it.why is Missing.MOTION}
+    if not ends_s:
+        return columns
+    unknown = inside(run.begin_s + alignment.time_map.to_run(times_s), np.array(sorted(ends_s)))
+    return {signal: values if signal.kind is SignalKind.STATE
+            else np.where(unknown, np.float32(np.nan), values)
+            for signal, values in columns.items()}
 
 
 def _less_sure_near_gaps(band: Band, missing: Sequence[Unjudged], run: Run, alignment: Alignment,
